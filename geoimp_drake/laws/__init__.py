@@ -1,0 +1,8 @@
+"""The chapter's control laws, one a file, as pure functions on arrays: no Drake import, no state.
+
+Every function accepts arrays of `float` and of Drake's `AutoDiffXd` unless its docstring says
+otherwise, and its docstring starts with the law's equation number. Spatial vectors are
+[angular; linear]. Subscripts are the chapter's (dc: desired minus compliant) and frames are in
+monogram notation: Δᶜω_dc, the angular velocity of D relative to C expressed in C, is `w_CD_C`;
+its derivative Δᶜω̇_dc, of the C components, is `dw_CD_C`; {η_dc, ᶜε_dc} is `Q_CD`.
+"""

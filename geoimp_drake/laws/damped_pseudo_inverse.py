@@ -1,0 +1,59 @@
+"""The weighted pseudo-inverse that stays bounded near kinematic singularities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geoimp_drake.laws.pseudo_inverse import null_space_projector, weighted_pseudo_inverse
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import non_negative, positive
+
+__all__ = ["SingularityDamping", "damped_pseudo_inverse", "smallest_singular_value"]
+
+
+@dataclass
+class SingularityDamping:
+    """When and how much the pseudo-inverse is damped.
+
+    Singular values are those of the Jacobian as it stands, rotations in rad and lengths in m.
+    """
+
+    threshold: float = 0.01  # σ₀: nothing at all happens while every singular value is above it
+    factor: float = 0.01  # λ₀: at a singularity, 1/σ never exceeds 1/(2λ₀) or 1/σ₀
+
+    def validate(self, name: str = "damping") -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.threshold, f"{name}.threshold")
+        if self.threshold > 0:
+            positive(self.factor, f"{name}.factor")
+
+
+def smallest_singular_value(J: Array) -> float:
+    """Returns the smallest singular value of J (6, n), the distance from a singularity."""
+    return float(np.linalg.svd(J, compute_uv=False)[-1])
+
+
+def damped_pseudo_inverse(
+    J: Array, W_inverse: Array, sigma: float, damping: SingularityDamping
+) -> tuple[Array, Array]:
+    """Returns J† (n, 6) and the null-space projector N (n, n). Floats only.
+
+    Above the threshold: (3.33) and I − J†J, the same numbers to the bit. Below it, with
+    J = UΣVᵀ and V† the weighted pseudo-inverse of Vᵀ, (3.33) is V†Σ⁻¹Uᵀ, in which each σᵢ < σ₀ is
+    inverted as σᵢ/(σᵢ² + λᵢ²), λᵢ² = λ₀²(1 − σᵢ²/σ₀²): only the motion in directions that are
+    nearly lost slows down. N = I − V†Vᵀ is not damped, so JN = 0 holds throughout.
+
+    Args:
+        J: Jacobian of the end effector (6, n), its rows [angular; linear], in W.
+        W_inverse: inverse of the weight, symmetric positive definite (n, n).
+        sigma: smallest singular value of J.
+        damping: threshold σ₀ and factor λ₀.
+    """
+    if sigma >= damping.threshold:
+        J_pinv = weighted_pseudo_inverse(J, W_inverse)
+        return J_pinv, null_space_projector(J, J_pinv)
+    U, s, Vt = np.linalg.svd(J, full_matrices=False)
+    V_pinv = weighted_pseudo_inverse(Vt, W_inverse)
+    weakness = np.maximum(0.0, 1.0 - (s / damping.threshold) ** 2)
+    inverse = s / (s**2 + damping.factor**2 * weakness)
+    return (V_pinv * inverse) @ U.T, null_space_projector(Vt, V_pinv)
