@@ -1,0 +1,109 @@
+"""The blocks as one Diagram with a controller's ports, for anybody's plant."""
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+
+from geoimp_drake.config import ImpedanceControllerConfig
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.task_functions.task_function import TaskFunction
+
+__all__ = ["make_impedance_controller"]
+
+
+def make_impedance_controller(
+    plant: MultibodyPlant,
+    model_instance: ModelInstanceIndex,
+    end_effector_frame: Frame,
+    config: ImpedanceControllerConfig | None = None,
+    task_function: TaskFunction | None = None,
+) -> Diagram:
+    """Makes a six-DOF impedance controller for one arm of `plant`.
+
+    The end effector behaves as a mass, damper and spring about the desired motion: by (3.1) and
+    (3.30), or the orientation family of the configuration.
+
+    ```
+    desired_motion ─▶ impedance ─▶ motion_control ─▶ redundancy ─▶ inverse_dynamics ─▶ actuation
+                       ▲  ▲   C          ▲      a        ▲     α       ▲  ▲
+    wrench ────────────┴──│──────────────│───────────────│─────────────┘  │
+                          └──────────────┴────┬──────────┴────────────────┘
+    estimated_state ─▶ joint_readings ─▶ arm_model
+    ```
+
+    The controller makes its own model of the arm and of all that is welded to it; the joints of
+    other model instances that hang on the arm (a gripper's fingers) count as locked in their
+    default positions. The plant's own friction model is viscous; forces from elements other than
+    gravity and joint damping are not compensated.
+
+    Args:
+        plant: finalized, contains the arm at any base pose; whatever else it contains is ignored.
+        model_instance: the arm, six or more revolute or prismatic joints, each with an actuator.
+        end_effector_frame: E, the frame that is made compliant.
+        config: gains, orientation family and sampling; by default the chapter's first experiment.
+        task_function: of a redundant arm, in the place of the configured one; it acts with
+            `config.redundancy.k_beta`. See `UserFunction` for your own.
+
+    Returns:
+        A Diagram with these ports.
+
+        input estimated_state: [q; v] of the model instance, in the plant's order (2n)
+        input desired_motion: of D in W, see `frame_motion` (19)
+        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
+        output compliant_motion: of C in W (19)
+        output measured_motion: of E in W as the joint readings tell; accelerations are zero (19)
+        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
+        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
+        output peak_effort: largest torque so far as a fraction of the limit (n)
+
+    Raises:
+        ModelError: the plant does not contain such an arm.
+        ConfigurationError: the configuration cannot be used.
+    """
+    config = config or ImpedanceControllerConfig()
+    config.validate()
+    model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
+    n = model.num_joints
+
+    builder = DiagramBuilder()
+    readings = builder.AddNamedSystem("joint_readings", config.sampling.make(n))
+    arm = builder.AddNamedSystem("arm_model", ArmModel(model))
+    impedance = builder.AddNamedSystem("impedance", config.impedance.make())
+    motion = builder.AddNamedSystem("motion_control", config.motion.make())
+    redundancy = builder.AddNamedSystem("redundancy", config.redundancy.make(model, task_function))
+    torque = builder.AddNamedSystem(
+        "inverse_dynamics", InverseDynamicsInnerLoop(model, config.sampling.period)
+    )
+
+    def connect(source: System, output: str, target: System, port: str) -> None:
+        builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
+
+    # The joint readings feed the one evaluation of the arm.
+    connect(readings, "estimated_state", arm, "state")
+    # C starts on the measured pose of E.
+    connect(arm, "motion_E", impedance, "measured_motion")
+    # The inner loop tracks C in the place of D.
+    connect(impedance, "compliant_motion", motion, "reference_motion")
+    connect(arm, "arm", motion, "arm")
+    connect(motion, "task_acceleration", redundancy, "task_acceleration")
+    connect(arm, "arm", redundancy, "arm")
+    connect(redundancy, "joint_acceleration", torque, "joint_acceleration")
+    connect(arm, "arm", torque, "arm")
+
+    builder.ExportInput(readings.GetInputPort("state"), "estimated_state")
+    builder.ExportInput(impedance.GetInputPort("desired_motion"), "desired_motion")
+    wrench = builder.ExportInput(impedance.GetInputPort("wrench"), "wrench")
+    # The same wrench is compensated in (2.3).
+    builder.ConnectInput(wrench, torque.GetInputPort("wrench"))
+    builder.ExportOutput(torque.GetOutputPort("actuation"), "actuation")
+    builder.ExportOutput(impedance.GetOutputPort("compliant_motion"), "compliant_motion")
+    builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")
+    builder.ExportOutput(impedance.GetOutputPort("displacement"), "displacement")
+    builder.ExportOutput(impedance.GetOutputPort("energy"), "energy")
+    builder.ExportOutput(torque.GetOutputPort("peak_effort"), "peak_effort")
+    diagram = builder.Build()
+    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
+    return diagram

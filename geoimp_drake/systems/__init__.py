@@ -1,0 +1,1 @@
+"""One Drake LeafSystem a file: ports, cache and state around the laws."""

@@ -1,0 +1,118 @@
+"""A wrench that somebody applies to a body: a ramp in time, through Drake's applied-force port."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.multibody.tree import Frame
+from pydrake.polynomial import Polynomial
+from pydrake.systems.framework import Context, LeafSystem
+from pydrake.trajectories import PiecewisePolynomial
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector, non_negative, positive
+
+__all__ = ["ExternalWrench", "WrenchRamp", "linear_with_fourth_order_blends"]
+
+
+@dataclass
+class WrenchRamp:
+    """A wrench that grows from zero to its final value and stays there."""
+
+    moment: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [Nm]
+    force: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [N]
+    start: float = 0.0  # [s]
+    duration: float = 1.0  # of the ramp, blends included [s]
+    blend: float = 0.2  # of each blend [s]
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        finite_vector(self.moment, "external.moment", 3)
+        finite_vector(self.force, "external.force", 3)
+        non_negative(self.start, "external.start", "s")
+        positive(self.duration, "external.duration", "s")
+        positive(self.blend, "external.blend", "s")
+        if self.blend > self.duration / 2:
+            raise ConfigurationError(
+                f"external.blend is {self.blend:g} s; two of them must fit into external.duration, "
+                f"{self.duration:g} s."
+            )
+
+
+def linear_with_fourth_order_blends(
+    start: float, duration: float, blend: float
+) -> PiecewisePolynomial:
+    """Returns the profile from 0 to 1 that is linear with fourth-order blends.
+
+    A blend of duration b takes the rate from 0 to r as r b (σ³ − σ⁴/2), σ = (t − t_0)/b: rate and
+    its derivative are continuous at both ends. Over the whole ramp r = 1/(duration − blend).
+
+    Args:
+        start: [s]; the profile is zero before.
+        duration: of the ramp, blends included [s]; the profile is one afterwards.
+        blend: of each blend [s], at most half the duration.
+    """
+    rate, linear = 1.0 / (duration - blend), duration - 2.0 * blend
+    pieces, breaks = [_first_blend(rate, blend)], [start, start + blend]
+    if linear > 0:
+        pieces.append(Polynomial([rate * blend / 2.0, rate]))
+        breaks.append(start + blend + linear)
+    pieces.append(_last_blend(rate, blend))
+    breaks.append(start + duration)
+    return PiecewisePolynomial([np.array([[piece]]) for piece in pieces], breaks)
+
+
+def _first_blend(rate: float, blend: float) -> Polynomial:
+    """Returns p(t) = r (t³/b² − t⁴/(2 b³))."""
+    return Polynomial([0.0, 0.0, 0.0, rate / blend**2, -rate / (2.0 * blend**3)])
+
+
+def _last_blend(rate: float, blend: float) -> Polynomial:
+    """Returns 1 − p(b − t), the first blend turned round, by its Taylor coefficients at t = 0."""
+    cubic, quartic = -rate / blend**2, rate / (2.0 * blend**3)
+    return Polynomial([1.0 - rate * blend / 2.0, rate, 0.0, cubic, quartic])
+
+
+class ExternalWrench(LeafSystem):
+    """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant.
+
+    The ramp is linear with fourth-order blends. The wrench acts at the frame's origin and is given
+    in the axes that the frame has at the start, so it keeps its direction in W.
+
+    Args:
+        frame: F, at which the wrench acts.
+        R_WF0: rotation matrix (3×3) of F at the start.
+        ramp: final wrench in the axes of F at the start, and its timing.
+
+    Raises:
+        ConfigurationError: a field of the ramp cannot be used.
+
+    Ports:
+        output applied_spatial_force: for the plant's port, list of ExternallyAppliedSpatialForce
+    """
+
+    def __init__(self, frame: Frame, R_WF0: Array, ramp: WrenchRamp):
+        super().__init__()
+        ramp.validate()
+        self._body = frame.body().index()
+        self._p_BF = frame.GetFixedPoseInBodyFrame().translation()
+        self._moment = R_WF0 @ np.asarray(ramp.moment, dtype=float)
+        self._force = R_WF0 @ np.asarray(ramp.force, dtype=float)
+        self._profile = linear_with_fourth_order_blends(ramp.start, ramp.duration, ramp.blend)
+        self.DeclareAbstractOutputPort(
+            "applied_spatial_force",
+            lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]),
+            self._calc_force,
+            {self.time_ticket()},
+        )
+
+    def _calc_force(self, context: Context, output: AbstractValue) -> None:
+        scale = self._profile.value(context.get_time())[0, 0]
+        applied = ExternallyAppliedSpatialForce()
+        applied.body_index = self._body
+        applied.p_BoBq_B = self._p_BF
+        applied.F_Bq_W = SpatialForce(tau=scale * self._moment, f=scale * self._force)
+        output.set_value([applied])

@@ -1,0 +1,93 @@
+"""One signal carries a whole frame motion, a vector of 19: "replace d by c" is one wire.
+
+Order: unit quaternion [w, x, y, z] and position p of the frame, then its angular velocity ω,
+linear velocity v, angular acceleration ω̇ and linear acceleration v̇, all of the frame in W,
+expressed in W.
+"""
+
+import math
+
+import numpy as np
+from pydrake.common.containers import namedview
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import BasicVector
+
+from geoimp_drake.errors import SignalError
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.typing import Array
+
+__all__ = [
+    "ACCELERATION",
+    "ANGULAR_ACCELERATION",
+    "ANGULAR_VELOCITY",
+    "FRAME_MOTION_SIZE",
+    "LINEAR_ACCELERATION",
+    "LINEAR_VELOCITY",
+    "POSITION",
+    "QUATERNION",
+    "VELOCITY",
+    "FrameMotion",
+    "check_frame_motion",
+    "check_signal",
+    "frame_motion_at_rest",
+    "frame_motion_vector",
+    "pose_of",
+]
+
+FRAME_MOTION_SIZE = 19
+QUATERNION = slice(0, 4)
+POSITION = slice(4, 7)
+ANGULAR_VELOCITY = slice(7, 10)
+LINEAR_VELOCITY = slice(10, 13)
+VELOCITY = slice(7, 13)
+ANGULAR_ACCELERATION = slice(13, 16)
+LINEAR_ACCELERATION = slice(16, 19)
+ACCELERATION = slice(13, 19)
+
+FrameMotion = namedview(
+    "FrameMotion",
+    [f"quaternion_{c}" for c in "wxyz"]
+    + [f"position_{c}" for c in "xyz"]
+    + [f"angular_velocity_{c}" for c in "xyz"]
+    + [f"linear_velocity_{c}" for c in "xyz"]
+    + [f"angular_acceleration_{c}" for c in "xyz"]
+    + [f"linear_acceleration_{c}" for c in "xyz"],
+)
+
+
+def frame_motion_vector() -> BasicVector:
+    """Returns a model value for a port that carries a frame motion: at rest at W's origin."""
+    return BasicVector(frame_motion_at_rest(RigidTransform()))
+
+
+def frame_motion_at_rest(X_WF: RigidTransform) -> Array:
+    """Returns the motion of a frame F that rests at pose X_WF."""
+    motion = np.zeros(FRAME_MOTION_SIZE)
+    motion[QUATERNION] = quaternion.from_rotation(X_WF.rotation().matrix())
+    motion[POSITION] = X_WF.translation()
+    return motion
+
+
+def pose_of(motion: Array) -> RigidTransform:
+    """Returns the pose X_WF of a frame motion."""
+    R_WF = RotationMatrix(quaternion.to_rotation(motion[QUATERNION]))
+    return RigidTransform(R_WF, motion[POSITION])
+
+
+def check_signal(value: Array, port: str) -> None:
+    """Raises SignalError if a value at a port is NaN or infinite.
+
+    The sum is NaN or infinite if any entry is: one cheap call in place of a test of each.
+    """
+    if not math.isfinite(value.sum()):
+        bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
+        raise SignalError(
+            f"Port '{port}' got {bad or 'values that overflow when added'} (index: value); every "
+            f"entry must be finite. Look at the system that feeds this port."
+        )
+
+
+def check_frame_motion(motion: Array, port: str) -> None:
+    """Raises SignalError if a frame motion is not finite or its quaternion is not unit."""
+    check_signal(motion, port)
+    quaternion.check_unit(motion[QUATERNION], f"Port '{port}': its quaternion")

@@ -1,0 +1,110 @@
+"""The internal motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.damped_pseudo_inverse import (
+    SingularityDamping,
+    damped_pseudo_inverse,
+    smallest_singular_value,
+)
+from geoimp_drake.laws.geometric_jacobian import jacobian_rate
+from geoimp_drake.laws.null_space_acceleration import coriolis_product, null_space_acceleration
+from geoimp_drake.laws.null_space_velocity import null_space_velocity_error
+from geoimp_drake.laws.pseudo_inverse import pseudo_inverse_rate
+from geoimp_drake.laws.task_velocity import task_velocity, task_velocity_rate
+from geoimp_drake.systems.arm_derivatives import coriolis_forces, inertia_rate
+from geoimp_drake.systems.arm_model import ArmState
+from geoimp_drake.task_functions.task_function import Instant, TaskFunction
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import spd_matrix
+
+__all__ = ["InternalMotion", "InternalMotionGains", "evaluate_internal_motion"]
+
+
+@dataclass(slots=True)
+class InternalMotion:
+    """What (3.32) needs besides the task acceleration, and what there is to report."""
+
+    J_pinv: Array  # J† (n×6)
+    alpha_n: Array  # (n)
+    null_space_error: Array  # e_n (n)
+    smallest_singular_value: float  # of J
+    task_value: float  # w
+
+
+@dataclass(slots=True)
+class InternalMotionGains:
+    """How the internal motion is controlled."""
+
+    K_n: Array  # gain of e_n (n×n)
+    k_beta: float  # gain of the task function
+    weight: tuple[Array, Array, Array] | None  # W, W⁻¹ and Ẇ = 0; None is W = B  (3.36)
+    damping: SingularityDamping
+
+    @staticmethod
+    def checked(
+        n: int,
+        K_n: float | Array,
+        k_beta: float,
+        weight: Array | None,
+        damping: SingularityDamping,
+    ) -> "InternalMotionGains":
+        """Returns gains for n joints; raises ConfigurationError if one cannot be used."""
+        if not np.isfinite(k_beta):
+            raise ConfigurationError(f"k_beta is {k_beta}; it must be finite.")
+        damping.validate()
+        K = spd_matrix(np.asarray(K_n), "K_n", n)
+        constant_weight = None if weight is None else _constant_weight(weight, n)
+        return InternalMotionGains(K, float(k_beta), constant_weight, damping)
+
+
+def _constant_weight(weight: Array, n: int) -> tuple[Array, Array, Array]:
+    W = spd_matrix(weight, "weight", n)
+    return W, np.linalg.inv(W), np.zeros((n, n))
+
+
+def evaluate_internal_motion(
+    model: ControlModel,
+    scratch: Context,
+    arm: ArmState,
+    time: float,
+    start_posture: Array,
+    task_function: TaskFunction,
+    gains: InternalMotionGains,
+) -> InternalMotion:
+    """Returns the internal motion's part of (3.32).
+
+    Args:
+        model: the arm.
+        scratch: a context of the model's plant; it is left at the arm's posture.
+        arm: the arm's state.
+        time: for task functions that depend on it [s].
+        start_posture: joint positions at which the motion began (n).
+        task_function: w.
+        gains: K_n, k_β, weight and damping.
+    """
+    J, v = arm.Jv_V_WE, arm.v
+    B_inverse = np.linalg.inv(arm.B)
+    dB = inertia_rate(model, scratch, arm.q, v)
+    W, W_inverse, dW = gains.weight or (arm.B, B_inverse, dB)
+    task = task_function.evaluate(Instant(time, arm, start_posture, scratch))
+    # (3.33)
+    sigma = smallest_singular_value(J)
+    J_pinv, N = damped_pseudo_inverse(J, W_inverse, sigma, gains.damping)
+    dJ_pinv = pseudo_inverse_rate(J_pinv, N, jacobian_rate(J, v), W, W_inverse, dW)
+    # (3.39)
+    beta = task_velocity(gains.k_beta, B_inverse, task.gradient)
+    dbeta = task_velocity_rate(gains.k_beta, B_inverse, dB, beta, task.gradient_rate)
+    # (3.37)
+    e_n = null_space_velocity_error(N, beta, v)
+    # (3.38)
+    C_e = coriolis_product(partial(coriolis_forces, model, scratch), arm.Cv, v, e_n)
+    J_u = J @ (beta - v)
+    alpha_n = null_space_acceleration(N, dbeta, dJ_pinv, J_u, B_inverse, gains.K_n @ e_n, C_e)
+    return InternalMotion(J_pinv, alpha_n, e_n, sigma, task.value)

@@ -1,0 +1,82 @@
+"""Inverse dynamics: joint torques that make the arm a set of double integrators."""
+
+import logging
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.laws.inverse_dynamics import inverse_dynamics
+from geoimp_drake.systems.frame_motion import check_signal
+
+__all__ = ["InverseDynamicsInnerLoop"]
+
+_log = logging.getLogger("drake")
+
+
+class InverseDynamicsInnerLoop(LeafSystem):
+    """Computes the driving torques (2.3) τ = Bα + Cq̇ + Fq̇ + g + Jᵀh, giving (2.4) q̈ = α.
+
+    The torques are not limited here: Drake's actuators clamp at their effort limits, and this
+    system says so the first time that a torque exceeds its joint's limit.
+
+    Args:
+        model: the arm's control model.
+        period: how often the torques are compared with the limits [s].
+
+    Raises:
+        SignalError: an input is NaN or infinite.
+
+    Ports:
+        input joint_acceleration: α (n) [rad/s² or m/s²]
+        input arm: ArmState
+        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
+        output peak_effort: largest torque since the start as a fraction of the limit (n)
+    """
+
+    def __init__(self, model: ControlModel, period: float = 1e-3):
+        super().__init__()
+        self._model = model
+        n = model.num_joints
+        self._alpha = self.DeclareVectorInputPort("joint_acceleration", n)
+        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(None))
+        self._wrench = self.DeclareVectorInputPort("wrench", 6)
+        peak = self.DeclareDiscreteState(n)
+        inputs = {
+            self.input_port_ticket(port.get_index())
+            for port in (self._alpha, self._arm, self._wrench)
+        }
+        self._torque = self.DeclareVectorOutputPort("actuation", n, self._calc_torque, inputs)
+        self.DeclareVectorOutputPort(
+            "peak_effort", n, self._calc_peak, {self.discrete_state_ticket(peak)}
+        )
+        # Unrestricted updates come first, as a plant's step with sampled output ports does: the
+        # torque compared is the one that the step uses, and is not computed again.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        arm, h = self._arm.Eval(context), self._wrench.Eval(context)
+        alpha = self._alpha.Eval(context)
+        check_signal(h, f"{self.get_name()}:wrench")
+        check_signal(alpha, f"{self.get_name()}:joint_acceleration")
+        torque = inverse_dynamics(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h)
+        output.SetFromVector(torque[self._model.actuation_order])
+
+    def _calc_peak(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state_vector().value())
+
+    def _compare_with_limits(self, context: Context, state: State) -> None:
+        order = self._model.actuation_order
+        limits = self._model.effort_limits[order]
+        torque = self._torque.Eval(context)
+        before = context.get_discrete_state_vector().value()
+        peak = np.maximum(before, np.abs(torque) / limits)
+        state.get_mutable_discrete_state().set_value(peak)
+        for i in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
+            _log.warning(
+                f"{self.get_name()}: joint '{self._model.joint_names[order[i]]}' saturates at "
+                f"t = {context.get_time():.3f} s: {torque[i]:.1f} asked, the limit is "
+                f"±{limits[i]:g}; the plant clamps it."
+            )

@@ -1,0 +1,100 @@
+"""The inner motion loop: the end effector's acceleration that makes E track a reference frame."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from geoimp_drake.laws.families import make_family
+from geoimp_drake.laws.orientation_control import orientation_law
+from geoimp_drake.laws.position_control import position_acceleration
+from geoimp_drake.systems.frame_motion import (
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    LINEAR_ACCELERATION,
+    LINEAR_VELOCITY,
+    POSITION,
+    QUATERNION,
+    check_frame_motion,
+    frame_motion_vector,
+)
+from geoimp_drake.validation import positive
+
+__all__ = ["MotionController"]
+
+
+class MotionController(LeafSystem):
+    """Computes the task acceleration a = [a_o; a_p] that makes E track a reference frame.
+
+    Position (2.9) and orientation (2.15), or another of (2.10), (2.12), (2.13):
+
+        a_p = p̈_d + K_Dp Δṗ_de + K_Pp Δp_de
+        a_o = ω̇_d + K_Do Δω_de + K_Po R_e ᵉε_de
+
+    The reference is D for pure motion control, and C under impedance control: one wire changes,
+    no law does.
+
+    Args:
+        K_Pp, K_Dp: position gains, k I each [1/s², 1/s].
+        K_Po, K_Do: orientation gains, k I each [1/s², 1/s].
+        orientation: the orientation law, a name of
+            `geoimp_drake.laws.orientation_control.ORIENTATION_LAWS`.
+
+    Raises:
+        ConfigurationError: a gain is not positive or the law's name is unknown.
+        SingularityError: an attitude at which the orientation error is not defined.
+        SignalError: the reference is NaN or infinite, or its quaternion is not unit.
+
+    Ports:
+        input reference_motion: of the frame to be tracked, in W (19)
+        input arm: ArmState
+        output task_acceleration: a of E in W, [angular; linear] (6) [rad/s², m/s²]
+    """
+
+    def __init__(
+        self,
+        K_Pp: float = 2025.0,
+        K_Dp: float = 65.0,
+        K_Po: float = 4500.0,
+        K_Do: float = 65.0,
+        orientation: str = "quaternion",
+    ):
+        super().__init__()
+        for name, value in (("K_Pp", K_Pp), ("K_Dp", K_Dp), ("K_Po", K_Po), ("K_Do", K_Do)):
+            positive(value, name)
+        self._K_Pp, self._K_Dp, self._K_Po, self._K_Do = (
+            k * np.eye(3) for k in (K_Pp, K_Dp, K_Po, K_Do)
+        )
+        self._orientation = orientation_law(orientation)
+        # The family of the same name knows where the orientation error is defined.
+        self._family = make_family(orientation, np.eye(3), np.eye(3), np.eye(3))
+        self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
+        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(None))
+        self.DeclareVectorOutputPort(
+            "task_acceleration",
+            6,
+            self._calc_acceleration,
+            {self.input_port_ticket(port.get_index()) for port in (self._reference, self._arm)},
+        )
+
+    def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
+        arm = self._arm.Eval(context)
+        motion = self._reference.Eval(context)
+        check_frame_motion(motion, f"{self.get_name()}:reference_motion")
+        self._family.check_domain(motion[QUATERNION], arm.Q_WE)
+        a_o = self._orientation(
+            motion[QUATERNION],
+            motion[ANGULAR_VELOCITY],
+            motion[ANGULAR_ACCELERATION],
+            arm.Q_WE,
+            arm.V_WE[:3],
+            self._K_Do,
+            self._K_Po,
+        )
+        a_p = position_acceleration(
+            motion[LINEAR_ACCELERATION],
+            motion[LINEAR_VELOCITY] - arm.V_WE[3:],
+            motion[POSITION] - arm.p_WE,
+            self._K_Dp,
+            self._K_Pp,
+        )
+        output.SetFromVector(np.concatenate((a_o, a_p)))

@@ -1,0 +1,87 @@
+"""Some joints follow their own fifth-order trajectory to a target."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.trajectories import BezierCurve
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.task_functions.task_function import Instant, TaskValue, joint_index
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector, non_negative, positive
+
+__all__ = ["JointTarget"]
+
+
+class JointTarget:
+    """w = ½ Σ (q_i − q_di(t))² over the chosen joints; descend it (k_β < 0).
+
+    q_d runs from the initial to the target value along a fifth-order polynomial of time with zero
+    end velocities and accelerations; before it q_d is the initial value, after it the target.
+    (3.39) makes the joints trail q_d like a first-order lag, of 1/|k_β| times an inertia.
+
+    Args:
+        model: the arm.
+        joints: names of the chosen joints.
+        target: where they shall go, one each [rad or m].
+        initial: where q_d begins; their positions when the simulation is initialized, unless given.
+        start: when the trajectory begins [s].
+        duration: how long it takes [s].
+
+    Raises:
+        ConfigurationError: an unknown joint (the valid ones are listed), a target outside its
+            joint's limits, or a number that cannot be used.
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        joints: Sequence[str],
+        target: Array,
+        *,
+        initial: Array | None = None,
+        start: float = 0.0,
+        duration: float = 4.0,
+    ):
+        if not joints or len(set(joints)) < len(joints):
+            raise ConfigurationError(
+                f"A joint target names {list(joints) or 'no joint'}; name each joint once. "
+                f"Valid: {', '.join(model.joint_names)}."
+            )
+        non_negative(start, "joint target: start", "s")
+        positive(duration, "joint target: duration", "s")
+        self._index = np.array([joint_index(model, name) for name in joints])
+        self._target = self._within_limits(model, target, "target")
+        self._initial = None if initial is None else self._within_limits(model, initial, "initial")
+        # Three times the start and three times the end make the fifth-order rest-to-rest curve.
+        self._curve = BezierCurve(start, start + duration, np.array([[0.0] * 3 + [1.0] * 3]))
+
+    def evaluate(self, instant: Instant) -> TaskValue:
+        """Returns w and its derivatives."""
+        q_d, v_d = self.desired(instant)
+        e = instant.arm.q[self._index] - q_d
+        de = instant.arm.v[self._index] - v_d
+        gradient, gradient_rate = np.zeros((2, len(instant.arm.q)))
+        gradient[self._index] = e
+        gradient_rate[self._index] = de
+        return TaskValue(0.5 * float(e @ e), float(e @ de), gradient, gradient_rate)
+
+    def desired(self, instant: Instant) -> tuple[Array, Array]:
+        """Returns q_d and q̇_d of the chosen joints."""
+        begin = instant.start_posture[self._index] if self._initial is None else self._initial
+        path = self._target - begin
+        t = min(max(instant.time, self._curve.start_time()), self._curve.end_time())
+        s, ds = self._curve.value(t)[0, 0], self._curve.EvalDerivative(t, 1)[0, 0]
+        return begin + s * path, ds * path
+
+    def _within_limits(self, model: ControlModel, value: Array, field: str) -> Array:
+        q = finite_vector(np.atleast_1d(value), f"joint target: {field}", len(self._index))
+        lower = model.plant.GetPositionLowerLimits()[self._index]
+        upper = model.plant.GetPositionUpperLimits()[self._index]
+        for k in np.flatnonzero((q < lower) | (q > upper)):
+            raise ConfigurationError(
+                f"joint target: {field} of {model.joint_names[self._index[k]]} is {q[k]:.4f}, "
+                f"outside its limits {lower[k]:.4f} to {upper[k]:.4f}."
+            )
+        return q

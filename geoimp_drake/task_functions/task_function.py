@@ -1,0 +1,61 @@
+"""What a task function is given and what it returns."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.systems.arm_model import ArmState
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import unknown_name
+
+__all__ = ["Instant", "NoTask", "TaskFunction", "TaskValue", "joint_index"]
+
+
+@dataclass(slots=True)
+class Instant:
+    """The arm at one instant, as a task function sees it."""
+
+    time: float  # [s]
+    arm: ArmState
+    start_posture: Array  # joint positions when the simulation was initialized (n) [rad or m]
+    scratch: Context  # of the control model's plant, at the posture of `arm`
+
+
+@dataclass(slots=True)
+class TaskValue:
+    """A task function and its derivatives at one instant; rates are along the arm's motion."""
+
+    value: float  # w
+    value_rate: float  # ẇ = ∂w/∂t + ∂w/∂q q̇
+    gradient: Array  # ∂w/∂q (n)
+    gradient_rate: Array  # d/dt ∂w/∂q (n), the explicit dependence on time included
+
+
+class TaskFunction(Protocol):
+    """A function w(t, q); it holds no state."""
+
+    def evaluate(self, instant: Instant) -> TaskValue:
+        """Returns w and its derivatives."""
+
+
+class NoTask:
+    """w = 0: the internal motion is damped towards rest."""
+
+    def evaluate(self, instant: Instant) -> TaskValue:
+        """Returns zeros."""
+        zero = np.zeros_like(instant.arm.q)
+        return TaskValue(0.0, 0.0, zero, zero)
+
+
+def joint_index(model: ControlModel, name: str) -> int:
+    """Returns the place of a joint in the vectors of the model.
+
+    Raises:
+        ConfigurationError: there is no such joint; the message lists those that there are.
+    """
+    if name not in model.joint_names:
+        raise unknown_name(name, "joint", model.joint_names)
+    return model.joint_names.index(name)

@@ -1,0 +1,109 @@
+"""A wrist force sensor in one line: from a weld joint of anybody's plant to the wrench signal."""
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, Joint, RigidBody, WeldJoint
+from pydrake.systems.framework import DiagramBuilder
+
+from geoimp_drake.control_model import welded_bodies
+from geoimp_drake.errors import ModelError
+from geoimp_drake.systems.force_torque_sensor import (
+    ForceTorqueSensor,
+    SensorMounting,
+    ToolLoad,
+    WristSensorConfig,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["add_wrist_sensor", "tool_load_beyond"]
+
+
+def add_wrist_sensor(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    joint: Joint,
+    end_effector_frame: Frame,
+    config: WristSensorConfig | None = None,
+    tool: ToolLoad | None = None,
+) -> ForceTorqueSensor:
+    """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
+
+    Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
+    its input port `reference_motion` (to a controller's `compliant_motion`, say) yourself.
+
+    Args:
+        builder: holds `plant` already.
+        plant: finalized.
+        joint: the weld between the hand's mounting and the tool.
+        end_effector_frame: E, fixed beyond the joint.
+        config: sampling, errors and range; the default is an ideal sensor read every 1 ms.
+        tool: the load to remove; by default that of every body beyond the joint, from the plant.
+
+    Returns:
+        The sensor, named after the joint.
+
+    Raises:
+        ModelError: the joint is not a weld, or E is not fixed beyond it.
+        ConfigurationError: a field of the configuration cannot be used.
+    """
+    if not plant.is_finalized():
+        raise ModelError("The plant is not finalized; call plant.Finalize() first.")
+    if not isinstance(joint, WeldJoint):
+        raise ModelError(
+            f"Joint '{joint.name()}' is of type '{joint.type_name()}'; a wrist sensor reads a weld "
+            f"joint. In a URDF that is a joint of type 'fixed'."
+        )
+    if joint.GetParentPlant() is not plant or end_effector_frame.GetParentPlant() is not plant:
+        raise ModelError(
+            f"Joint '{joint.name()}' or frame '{end_effector_frame.name()}' belongs to another "
+            f"plant; get them with plant.GetJointByName() and plant.GetFrameByName()."
+        )
+    carried_bodies = welded_bodies(plant, joint)
+    T, carried = carried_bodies[0], {body.index() for body in carried_bodies}
+    if end_effector_frame.body().index() not in carried:
+        raise ModelError(
+            f"Frame '{end_effector_frame.name()}' is not fixed beyond joint '{joint.name()}': the "
+            f"sensor would not feel what happens there. Frames on these bodies are: "
+            f"{', '.join(sorted(plant.get_body(index).name() for index in carried))}."
+        )
+    context = plant.CreateDefaultContext()
+    mounting = SensorMounting(
+        joint=joint.index(),
+        tool_body=T.index(),
+        X_TS=joint.frame_on_child().CalcPose(context, T.body_frame()),
+        X_TE=end_effector_frame.CalcPose(context, T.body_frame()),
+        gravity=_gravity(plant, T),
+        sign=1.0 if T.index() == joint.child_body().index() else -1.0,
+    )
+    sensor = builder.AddNamedSystem(
+        f"{joint.name()}_sensor",
+        ForceTorqueSensor(
+            mounting, tool or tool_load_beyond(plant, joint), config or WristSensorConfig()
+        ),
+    )
+    for port in (
+        "reaction_forces",
+        "body_poses",
+        "body_spatial_velocities",
+        "body_spatial_accelerations",
+    ):
+        builder.Connect(plant.GetOutputPort(port), sensor.GetInputPort(port))
+    return sensor
+
+
+def tool_load_beyond(plant: MultibodyPlant, joint: Joint) -> ToolLoad:
+    """Returns mass, centre of mass and inertia of all that a weld joint carries, in its frame S."""
+    context = plant.CreateDefaultContext()
+    S = joint.frame_on_child()
+    bodies = [body.index() for body in welded_bodies(plant, joint)]
+    M_SSo_S = plant.CalcSpatialInertia(context, S, bodies)
+    if M_SSo_S.get_mass() == 0:
+        return ToolLoad()
+    p_SC = M_SSo_S.get_com()
+    # Moved to the centre of mass, the inertia there is what is left.
+    inertia = M_SSo_S.Shift(p_SC).CalcRotationalInertia().CopyToFullMatrix3()
+    return ToolLoad(mass=M_SSo_S.get_mass(), centre_of_mass=p_SC, inertia=inertia)
+
+
+def _gravity(plant: MultibodyPlant, tool: RigidBody) -> Array:
+    enabled = plant.is_gravity_enabled(tool.model_instance())
+    return plant.gravity_field().gravity_vector() * float(enabled)

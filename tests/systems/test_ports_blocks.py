@@ -1,0 +1,174 @@
+"""What a docstring says about ports is what the system has: names, order and sizes."""
+
+import importlib
+import inspect
+import pkgutil
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from impedance_rig import make_impedance
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JointIndex
+from pydrake.systems.framework import LeafSystem, PortDataType, System
+
+import geoimp_drake
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.controllers import make_impedance_controller
+from geoimp_drake.diagrams.cell import END_EFFECTOR, SIX, add_cell
+from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
+from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.desired_motion import DesiredMotion
+from geoimp_drake.systems.external_wrench import ExternalWrench, WrenchRamp
+from geoimp_drake.systems.force_torque_sensor import (
+    ForceTorqueSensor,
+    SensorMounting,
+    ToolLoad,
+    WristSensorConfig,
+)
+from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
+from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.motion_controller import MotionController
+from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.velocity_estimator import VelocityEstimator
+
+Port = tuple[str, str, str | None]  # direction, name, size as printed
+
+_DECLARATION = re.compile(r"^\s*(input|output) (\w+): (.*)$")
+_SIZE = re.compile(r"\((\d*n|\d+)\)")
+
+
+def six_joint_plant() -> tuple:
+    plant = MultibodyPlant(1e-3)
+    add_cell(plant, "single_arm")
+    plant.Finalize()
+    tool = plant.GetModelInstanceByName(f"{SIX}_tool")
+    return plant, plant.GetModelInstanceByName(SIX), plant.GetFrameByName(END_EFFECTOR, tool)
+
+
+def six_joint_model() -> ControlModel:
+    return ControlModel.of_arm(*six_joint_plant())
+
+
+def held_sensor() -> ForceTorqueSensor:
+    identity = RigidTransform()
+    mounting = SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3))
+    return ForceTorqueSensor(mounting, ToolLoad(), WristSensorConfig())
+
+
+# How to make each system, and its n.
+CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
+    ArmModel: (lambda: ArmModel(six_joint_model()), 6),
+    DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
+    ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
+    ForceTorqueSensor: (held_sensor, 0),
+    FrameMotionSensor: (lambda: FrameMotionSensor(six_joint_plant()[2]), 0),
+    ImpedanceIntegrator: (make_impedance, 0),
+    InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
+    MotionController: (MotionController, 0),
+    RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
+    VelocityEstimator: (lambda: VelocityEstimator(9), 9),
+    FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
+    WrenchArrow: (lambda: WrenchArrow(Meshcat()), 0),
+}
+
+
+def modules() -> list[str]:
+    """Returns the names of the package's modules."""
+    found = pkgutil.walk_packages(geoimp_drake.__path__, "geoimp_drake.")
+    return [module.name for module in found if not module.name.endswith("__main__")]
+
+
+def leaf_systems() -> set[type[LeafSystem]]:
+    """Returns every LeafSystem that a module of the package defines."""
+    return {
+        kind
+        for name in modules()
+        for _, kind in inspect.getmembers(importlib.import_module(name), inspect.isclass)
+        if issubclass(kind, LeafSystem) and kind.__module__ == name
+    }
+
+
+def documented_ports(docstring: str) -> list[Port]:
+    """Returns the lines `input NAME: text (size) [unit]` and `output …` of a docstring."""
+    ports = []
+    for line in inspect.cleandoc(docstring).splitlines():
+        if declaration := _DECLARATION.match(line):
+            direction, name, text = declaration.groups()
+            sizes = _SIZE.findall(text)
+            ports.append((direction, name, sizes[-1] if sizes else None))
+    return ports
+
+
+def real_ports(system: System) -> list[tuple[str, str, int | None]]:
+    """Returns direction, name and size of a system's ports; no size for abstract ones."""
+    ports = []
+    for direction, count, get in (
+        ("input", system.num_input_ports(), system.get_input_port),
+        ("output", system.num_output_ports(), system.get_output_port),
+    ):
+        for port in map(get, range(count)):
+            vector = port.get_data_type() == PortDataType.kVectorValued
+            ports.append((direction, port.get_name(), port.size() if vector else None))
+    return ports
+
+
+def with_numbers(ports: list[Port], n: int) -> list[tuple[str, str, int | None]]:
+    """Replaces (n), (2n) by what they are for n."""
+
+    def number(size: str | None) -> int | None:
+        if size is None or not size.endswith("n"):
+            return None if size is None else int(size)
+        return int(size[:-1] or 1) * n
+
+    return [(direction, name, number(size)) for direction, name, size in ports]
+
+
+def test_every_leaf_system_of_the_package_has_a_case_here() -> None:
+    names = {kind.__name__ for kind in leaf_systems()}
+    assert names == {kind.__name__ for kind in CASES}
+    assert "geoimp_drake.simulation.visualization" in modules()
+
+
+@pytest.mark.parametrize("kind", CASES, ids=lambda kind: kind.__name__)
+def test_ports_block_names_the_ports_that_there_are(kind: type[LeafSystem]) -> None:
+    make, n = CASES[kind]
+    assert kind.__doc__ is not None
+    assert "Ports:" in kind.__doc__
+    assert with_numbers(documented_ports(kind.__doc__), n) == real_ports(make())
+
+
+def test_ports_of_the_controller_are_those_of_its_docstring() -> None:
+    controller = make_impedance_controller(*six_joint_plant())
+    documented = documented_ports(make_impedance_controller.__doc__ or "")
+    assert with_numbers(documented, 6) == real_ports(controller)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("  input state: [q; v] (2n) [rad]", [("input", "state", 18)]),
+        ("  output a: of E (3.30) in W (6)", [("output", "a", 6)]),
+        ("  output arm: ArmState", [("output", "arm", None)]),
+        ("  inputs are two: a and b (3)", []),
+    ],
+)
+def test_reading_of_a_ports_block(text: str, expected: list) -> None:
+    assert with_numbers(documented_ports(text), 9) == expected
+
+
+def test_a_port_that_is_missing_misnamed_or_of_another_size_is_found() -> None:
+    right = documented_ports(VelocityEstimator.__doc__ or "")
+    real = real_ports(VelocityEstimator(9))
+    assert with_numbers(right, 9) == real
+    for wrong in (
+        right[:-1],
+        right[::-1],
+        [("input", "states", "2n"), right[1]],
+        [("input", "state", "n"), right[1]],
+    ):
+        assert with_numbers(wrong, 9) != real
