@@ -14,8 +14,18 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models import package_map
+from geoimp_drake.models.robot_data import ARM
 
-__all__ = ["CELLS", "END_EFFECTOR", "FLANGE", "SEVEN", "SIX", "WRIST_SENSOR", "add_cell"]
+__all__ = [
+    "CELLS",
+    "END_EFFECTOR",
+    "FLANGE",
+    "SEVEN",
+    "SIX",
+    "WRIST_SENSOR",
+    "add_cell",
+    "joint_names",
+]
 
 SIX = "six"
 SEVEN = "seven"
@@ -48,3 +58,9 @@ def add_cell(plant: MultibodyPlant, cell: str) -> dict[str, ModelInstanceIndex]:
     directives = LoadModelDirectives(str(_FOLDER / (cell + _SUFFIX)))
     added = ProcessModelDirectives(directives, plant, parser)
     return {model.model_name: model.model_instance for model in added}
+
+
+def joint_names(arm: str) -> tuple[str, ...]:
+    """Returns the names of an arm's joints in the order of q, v and u; the track comes first."""
+    revolute = tuple(joint.name for joint in ARM)
+    return ("track", *revolute) if arm == SEVEN else revolute

@@ -24,7 +24,7 @@ CARTON_DEPTH = 0.25  # [m]
 COLUMN = 0.09  # [m] side of the stand's column
 
 
-def draw_sheet(
+def _draw_sheet(
     plant: MultibodyPlant, plate: RigidBody, X_PF: RigidTransform, size: Array, color: Array
 ) -> None:
     """Draws a transparent sheet whose edges catch the light, on four dark spacers."""
@@ -59,7 +59,7 @@ def draw_sheet(
     _box(plant, plate, X_PF, "frame", frame, [0.0, 0.0, -thickness - SPACER], STEEL)
 
 
-def draw_carton(
+def _draw_carton(
     plant: MultibodyPlant, plate: RigidBody, X_PF: RigidTransform, size: Array, color: Array
 ) -> None:
     """Draws a closed carton with its flaps' seam and a strip of tape across the front."""
@@ -102,6 +102,6 @@ def _box(
 APPEARANCES: dict[
     str, Callable[[MultibodyPlant, RigidBody, RigidTransform, Array, Array], None]
 ] = {
-    "carton": draw_carton,
-    "sheet": draw_sheet,
+    "carton": _draw_carton,
+    "sheet": _draw_sheet,
 }

@@ -7,7 +7,17 @@ from xml.etree import ElementTree
 import numpy as np
 from pydrake.multibody.tree import SpatialInertia
 
-__all__ = ["COLOURS", "Shape", "frame", "inertia_of", "joint", "link", "motor", "to_text"]
+__all__ = [
+    "COLOURS",
+    "Shape",
+    "frame",
+    "inertia_of",
+    "joint",
+    "link",
+    "motor",
+    "text",
+    "to_text",
+]
 
 Element = ElementTree.Element
 Numbers = Sequence[float]

@@ -13,7 +13,7 @@ import numpy as np
 
 from geoimp_drake.typing import Array
 
-__all__ = ["jacobian_pullback", "jacobian_rate"]
+__all__ = ["jacobian_adjoint", "jacobian_rate"]
 
 
 def jacobian_rate(J: Array, v: Array) -> Array:
@@ -28,20 +28,24 @@ def jacobian_rate(J: Array, v: Array) -> Array:
     return np.concatenate((_cross(w, J[:3]), _cross(w, J[3:]) + _cross(J[:3], beyond)))
 
 
-def jacobian_pullback(J_i: Array, J_j: Array, G: Array) -> Array:
-    """Returns the gradient (n,) of ⟨G, J(q)⟩ for a constant G: entry i is Σ G : ∂J/∂q_i.
+def jacobian_adjoint(J: Array, G: Array) -> Array:
+    """Returns S (6, n) with which ⟨G, J(q)⟩ for a constant G has the gradient (J * S).sum(axis=0).
+
+    Entry i of that gradient is Σ G : ∂J/∂q_i. S is linear in J and in G, so that its rate is
+    S(J̇, G) + S(J, Ġ).
 
     Args:
-        J_i: geometric Jacobian (6, n) from which the columns of joint i are taken.
-        J_j: the one for the columns of joint j. Both are J; the derivatives of J are products of
-            two columns, so that their rates follow from J̇ in the place of one and of the other.
+        J: geometric Jacobian (6, n) of a frame of the arm, rows [angular; linear], in W.
         G: (6, n).
     """
-    turned = _cross(J_j[:3], G[:3]) + _cross(J_j[3:], G[3:])
-    moved = _cross(G[3:], J_j[:3])
+    w, v, G_w, G_v = J[:3], J[3:], G[:3], G[3:]
+    n = J.shape[1]
+    products = _cross(np.concatenate((w, v, G_v), axis=1), np.concatenate((G_w, G_v, w), axis=1))
+    turned = products[:, :n] + products[:, n : 2 * n]
+    moved = products[:, 2 * n :]
     outward = turned[:, ::-1].cumsum(axis=1)[:, ::-1]  # over j ≥ i
     inward = moved.cumsum(axis=1) - moved  # over j < i
-    return (J_i[:3] * outward + J_i[3:] * inward).sum(axis=0)
+    return np.concatenate((outward, inward))
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -69,7 +69,7 @@ class ArmModel(LeafSystem):
         )
         self._arm = self.DeclareAbstractOutputPort(
             "arm",
-            lambda: AbstractValue.Make(None),
+            lambda: AbstractValue.Make(object()),
             self._calc_arm,
             {self.input_port_ticket(self._state.get_index())},
         )

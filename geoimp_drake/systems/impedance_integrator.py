@@ -143,7 +143,7 @@ class ImpedanceIntegrator(LeafSystem):
         }
         self._law = self.DeclareCacheEntry(
             "motion of C",
-            ValueProducer(lambda: AbstractValue.Make(None), self._calc_law),
+            ValueProducer(lambda: AbstractValue.Make(object()), self._calc_law),
             law_inputs,
         )
         for name, model, calc in (

@@ -41,7 +41,7 @@ class InverseDynamicsInnerLoop(LeafSystem):
         self._model = model
         n = model.num_joints
         self._alpha = self.DeclareVectorInputPort("joint_acceleration", n)
-        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(None))
+        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
         peak = self.DeclareDiscreteState(n)
         inputs = {

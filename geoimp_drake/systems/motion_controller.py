@@ -68,7 +68,7 @@ class MotionController(LeafSystem):
         # The family of the same name knows where the orientation error is defined.
         self._family = make_family(orientation, np.eye(3), np.eye(3), np.eye(3))
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
-        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(None))
+        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         self.DeclareVectorOutputPort(
             "task_acceleration",
             6,

@@ -94,7 +94,7 @@ class RedundancyResolver(LeafSystem):
     def _declare(self, n: int) -> None:
         """Declares ports, state and cache."""
         self._a = self.DeclareVectorInputPort("task_acceleration", TASK_DIMENSION)
-        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(None))
+        self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         arm = self.input_port_ticket(self._arm.get_index())
         # The posture at initialization, from which targets may start; NaN before it.
         start = self.DeclareDiscreteState(np.full(n, np.nan))
@@ -112,7 +112,7 @@ class RedundancyResolver(LeafSystem):
         self._internal = self.DeclareCacheEntry(
             "internal motion",
             ValueProducer(
-                lambda: AbstractValue.Make(None), self._report_six if six else self._calc_internal
+                lambda: AbstractValue.Make(object()), self._report_six if six else self._calc_internal
             ),
             posture,
         )

@@ -1,0 +1,76 @@
+"""What the experiments with one arm measure in a log; nothing here judges or draws."""
+
+import numpy as np
+
+from geoimp_drake.diagrams.single_arm import SingleArmScenario
+from geoimp_drake.laws.orientation_impedance import OrientationImpedance
+from geoimp_drake.rotations import quaternion, so3
+from geoimp_drake.simulation.claims import phase_reached
+from geoimp_drake.systems.frame_motion import QUATERNION
+from geoimp_drake.typing import Array
+
+__all__ = [
+    "ORIENTATION_LABELS",
+    "Log",
+    "conditioning",
+    "end_reached",
+    "misalignment",
+    "moment_spring_error",
+    "orientation_displacement",
+    "quaternion_error",
+]
+
+Log = dict[str, Array]
+
+ORIENTATION_LABELS = {
+    "quaternion": "ᶜε_dc [-]",
+    "classical-euler": "Δφ_dc [rad]",
+    "alternative-euler": "φ_dc [rad]",
+    "angle-axis-simple": "ϑ r_dc [rad]",
+    "angle-axis-sin": "sin ϑ r_dc [-]",
+    "angle-axis-sin-half": "sin(ϑ/2) r_dc [-]",
+    "angle-axis-tan-half": "tan(ϑ/2) r_dc [-]",
+}
+
+
+def end_reached(log: Log, scenario: SingleArmScenario) -> bool:
+    """Returns whether the run went on to the end of its motion."""
+    return phase_reached(log, sum(segment.duration for segment in scenario.segments))
+
+
+def orientation_displacement(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns the displacement of C from D in the family's own coordinates over time (N×3)."""
+    return np.array([family.displacement(D, C) for family, D, C in _attitudes(log, scenario)])
+
+
+def conditioning(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns cond(T) of the family's Euler angles over time (N); one for other families."""
+    return np.array([family.conditioning(D, C) for family, D, C in _attitudes(log, scenario)])
+
+
+def moment_spring_error(log: Log, scenario: SingleArmScenario, samples: Array) -> float:
+    """Returns the largest ‖μ − μ_E‖ / ‖μ‖, μ_E the family's elastic moment: at rest zero."""
+    moment = log[f"{scenario.arm}/wrench"][samples, :3]
+    elastic = [family.elastic_moment_W(D, C) for family, D, C in _attitudes(log, scenario, samples)]
+    error = np.linalg.norm(moment - np.array(elastic), axis=1)
+    return float((error / np.linalg.norm(moment, axis=1)).max())
+
+
+def quaternion_error(log: Log, arm: str, frame: str) -> Array:
+    """Returns ε of the orientation of D seen from `frame` (C or E) over time (N×3)."""
+    D, F = (log[f"{arm}/motion_{name}"][:, QUATERNION] for name in ("D", frame))
+    return np.array([quaternion.relative(Q_WF, Q_WD)[1:] for Q_WF, Q_WD in zip(F, D, strict=True)])
+
+
+def misalignment(epsilon: Array, axis: Array) -> Array:
+    """Returns δ = ‖S(ε) u‖ over time (N), u the unit vector along `axis`."""
+    return np.linalg.norm(epsilon @ so3.skew(np.asarray(axis) / np.linalg.norm(axis)), axis=1)
+
+
+def _attitudes(
+    log: Log, scenario: SingleArmScenario, samples: Array | slice = slice(None)
+) -> list[tuple[OrientationImpedance, Array, Array]]:
+    """Returns the family with the quaternions of D and C, sample by sample."""
+    family = scenario.impedance.make_rotation()
+    D, C = (log[f"{scenario.arm}/motion_{frame}"][samples][:, QUATERNION] for frame in "DC")
+    return [(family, Q_WD, Q_WC) for Q_WD, Q_WC in zip(D, C, strict=True)]

@@ -1,0 +1,91 @@
+"""Case study 1: what `plexiglas` must show, and Fig 5.3."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geoimp_drake.diagrams.experiments.measures import (
+    ORIENTATION_LABELS,
+    Log,
+    end_reached,
+    moment_spring_error,
+    orientation_displacement,
+)
+from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.simulation.claims import (
+    Claim,
+    at_least,
+    at_most,
+    force_spring_error,
+    last_second,
+    normal_stiffness,
+    within,
+)
+from geoimp_drake.simulation.figures import interaction_figure
+from geoimp_drake.systems.frame_motion import POSITION
+from geoimp_drake.typing import Array
+
+__all__ = ["claims", "figures"]
+
+# 700 N/m of the impedance and 10⁴ N/m of the surface in series.
+NORMAL_STIFFNESS = 700.0 * 1e4 / (700.0 + 1e4)
+
+
+def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns the claims of the first case study, each with its figure from the log."""
+    arm = scenario.arm
+    wrench = np.abs(np.vstack((log[f"{arm}/wrench"], log[f"{arm}/wrench_true"])))
+    return [
+        *_claims_at_rest(log, scenario),
+        at_most("largest force component", wrench[:, 3:].max(), 130.0, "N"),
+        at_most("largest moment component", wrench[:, :3].max(), 10.0, "Nm"),
+    ]
+
+
+def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns the claims on the steady state, without figures where the run ended before it."""
+    figures = _figures_at_rest(log, scenario) if end_reached(log, scenario) else {}
+    value = figures.get
+    return [
+        at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),
+        at_most("at rest ᶜμ = K'_o ᶜε_dc, relative error", value("moment"), 0.02),
+        within("normal force over depth", value("stiffness"), NORMAL_STIFFNESS, 0.1, "N/m"),
+        at_most("drift of the force in the last second", value("drift"), 0.1, "N"),
+        at_most("Δp_dc along X, Y over that along Z", value("sideways"), 0.1),
+        at_least("smaller component of ᶜε_dc in the disk's plane", value("tilt"), 0.01),
+        at_most("moment about Z", value("twist"), 0.05, "Nm"),
+    ]
+
+
+def _figures_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
+    arm, rest = scenario.arm, last_second(log)
+    _, _, K_p = scenario.impedance.gains("translation")
+    return {
+        "force": force_spring_error(log, arm, K_p, rest),
+        "moment": moment_spring_error(log, scenario, rest),
+        "stiffness": normal_stiffness(log, arm, rest),
+        "drift": float(np.ptp(log[f"{arm}/wrench"][rest, 3:], axis=0).max()),
+        "sideways": _sideways(log, arm, rest),
+        "tilt": float(np.abs(orientation_displacement(log, scenario)[rest, :2]).min()),
+        "twist": float(np.abs(log[f"{arm}/wrench"][rest, 2]).max()),
+    }
+
+
+def _sideways(log: Log, arm: str, samples: Array) -> float:
+    """Returns the largest |Δp_dc| along X or Y over that along Z."""
+    dp = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[samples][:, POSITION]
+    return float((np.abs(dp[:, :2]).max(axis=1) / np.abs(dp[:, 2])).max())
+
+
+def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
+    """Returns Fig 5.3."""
+    family = scenario.impedance.orientation
+    return {
+        "figure_5_3": interaction_figure(
+            log,
+            scenario.arm,
+            orientation_displacement(log, scenario),
+            title=f"plexiglas: six-DOF impedance control, {family}",
+            orientation_label=ORIENTATION_LABELS[family],
+            phases=phases_of(scenario.segments),
+        )
+    }

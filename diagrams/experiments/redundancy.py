@@ -1,0 +1,162 @@
+"""Case study 5: what `redundancy` must show, and Figs 5.10 and 5.11."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geoimp_drake.diagrams.cell import joint_names
+from geoimp_drake.diagrams.experiments.measures import (
+    ORIENTATION_LABELS,
+    Log,
+    orientation_displacement,
+    quaternion_error,
+)
+from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.rotations.quaternion import to_rotation
+from geoimp_drake.simulation.claims import (
+    Claim,
+    at_most,
+    force_spring_error,
+    phase_reached,
+)
+from geoimp_drake.simulation.figures import interaction_figure, panels_figure
+from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
+from geoimp_drake.typing import Array
+
+__all__ = ["claims", "figures", "task_value"]
+
+
+def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns the claims of the fifth case study, each with its figure from the log.
+
+    What the run with k_β and the one without have in common is compared by a test.
+    """
+    return [
+        *_claims_on_reconfiguration(log, scenario),
+        *_claims_on_contact(log, scenario),
+        *_claims_after_leaving(log, scenario),
+    ]
+
+
+def task_value(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns w = ½ Σ (q_i − q_di)² over time (N), q_d the end of the joint target's trajectory."""
+    task = scenario.redundancy.task
+    if task is None or task.kind != "joint-target":
+        return np.zeros(len(log["t"]))
+    columns = [joint_names(scenario.arm).index(name) for name in task.joints]
+    error = log[f"{scenario.arm}/q"][:, columns] - np.asarray(task.target)
+    return 0.5 * (error**2).sum(axis=1)
+
+
+def _claims_on_reconfiguration(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    arm, end = scenario.arm, _phase(scenario, "reconfigure")[1]
+    during = log["t"] <= end
+    error = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_E"])[during, POSITION]
+    position = float(np.linalg.norm(error, axis=1).max())
+    angle = float(np.linalg.norm(quaternion_error(log, arm, "E")[during], axis=1).max())
+    w = float(np.sqrt(2 * task_value(log, scenario)[during][-1]))
+    reached = phase_reached(log, end)
+    claims = [
+        at_most("reconfiguration: largest ‖Δp_de‖", position if reached else None, 1e-3, "m"),
+        at_most("reconfiguration: largest ‖ᵉε_de‖", angle if reached else None, 2e-3),
+    ]
+    if scenario.redundancy.k_beta != 0:
+        claims.append(
+            at_most("elbow off its target at the end of it", w if reached else None, 0.01, "rad")
+        )
+    return claims
+
+
+def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns the claims on the last second of contact."""
+    end = _phase(scenario, "contact")[1]
+    figures = _contact_figures(log, scenario, end) if phase_reached(log, end) else {}
+    value = figures.get
+    claims = [
+        at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),
+        at_most("ᶜε_dc about other axes over that about y_C", value("axis"), 0.05),
+        at_most("moment about other axes over that about y_C", value("moment"), 0.05),
+        at_most("force across the motion over that along it", value("across"), 0.5),
+    ]
+    if scenario.redundancy.k_beta != 0:
+        claims.append(at_most("w at the end of contact over that at the start", value("w"), 0.02))
+    return claims
+
+
+def _contact_figures(log: Log, scenario: SingleArmScenario, end: float) -> dict[str, float]:
+    arm = scenario.arm
+    settled = (log["t"] >= end - 1.0) & (log["t"] <= end)
+    _, _, K_p = scenario.impedance.gains("translation")
+    epsilon = np.abs(orientation_displacement(log, scenario)[settled])
+    wrench = log[f"{arm}/wrench"][settled]
+    # D keeps its attitude, so its y axis at the start is the axis about which the disk is tilted.
+    y_W = to_rotation(log[f"{arm}/motion_D"][0, QUATERNION])[:, 1]
+    w = task_value(log, scenario)
+    return {
+        "force": force_spring_error(log, arm, K_p, settled),
+        "axis": float((epsilon[:, [0, 2]].max(axis=1) / epsilon[:, 1]).max()),
+        "moment": _across_over_along(wrench[:, :3], y_W),
+        "across": _across_over_along(wrench[:, 3:], log["surface/plane"][:3]),
+        "w": float(w[settled][-1] / w[0]) if w[0] > 0 else 0.0,
+    }
+
+
+def _across_over_along(vectors: Array, axis: Array) -> float:
+    """Returns the largest ratio of the parts of vectors (N×3) across and along a unit axis."""
+    along = vectors @ axis
+    across = np.linalg.norm(vectors - np.outer(along, axis), axis=1)
+    return float((across / np.abs(along)).max())
+
+
+def _claims_after_leaving(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns that everything is back to zero at the end."""
+    arm = scenario.arm
+    end = sum(segment.duration for segment in scenario.segments)
+    reached = phase_reached(log, end)
+    figures = {
+        "force at the end": (np.abs(log[f"{arm}/wrench"][-1, 3:]).max(), 0.5, "N"),
+        "Δp_dc at the end": (
+            np.abs((log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[-1, POSITION]).max(),
+            1e-3,
+            "m",
+        ),
+        "ᶜε_dc at the end": (np.abs(orientation_displacement(log, scenario)[-1]).max(), 0.01, ""),
+    }
+    return [
+        at_most(name, float(figure) if reached else None, bound, unit)
+        for name, (figure, bound, unit) in figures.items()
+    ]
+
+
+def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
+    """Returns Figs 5.10 and 5.11, the phases marked."""
+    arm, family = scenario.arm, scenario.impedance.orientation
+    phases = phases_of(scenario.segments)
+    elbow = log[f"{arm}/q"][:, joint_names(arm).index("elbow")]
+    k_beta = scenario.redundancy.k_beta
+    return {
+        "figure_5_10": interaction_figure(
+            log,
+            arm,
+            orientation_displacement(log, scenario),
+            title=f"redundancy: six-DOF impedance control, {family}, k_β = {k_beta:g}",
+            orientation_label=ORIENTATION_LABELS[family],
+            phases=phases,
+        ),
+        "figure_5_11": panels_figure(
+            log,
+            arm,
+            [
+                ("elbow", "q [rad]", elbow),
+                ("task function", "w [rad²]", task_value(log, scenario)),
+            ],
+            f"redundancy: internal motion, k_β = {k_beta:g}",
+            phases,
+        ),
+    }
+
+
+def _phase(scenario: SingleArmScenario, name: str) -> tuple[float, float]:
+    """Returns begin and end of a phase [s]; of the whole motion if there is none of that name."""
+    phases = phases_of(scenario.segments)
+    found = [(begin, end) for label, begin, end in phases if label == name]
+    return found[0] if found else (0.0, sum(segment.duration for segment in scenario.segments))

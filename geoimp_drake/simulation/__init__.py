@@ -1,0 +1,1 @@
+"""Running, logging, judging, drawing: nothing here computes a control law."""

@@ -1,0 +1,157 @@
+"""One run of an experiment, from scenario to files."""
+
+import json
+import logging
+import os
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.scenario import dump_scenario
+from geoimp_drake.simulation.claims import Claim
+from geoimp_drake.simulation.replay import start_meshcat, write_replay
+from geoimp_drake.simulation.run import simulate
+from geoimp_drake.typing import Array
+
+__all__ = ["FileWriter", "RunResult", "run_experiment"]
+
+_log = logging.getLogger("drake")
+
+
+@dataclass
+class RunResult:
+    """What a run left.
+
+    Attributes:
+        log: keys of the log contract.
+        claims: judged from the log.
+        files: that were written.
+        failure: what stopped the simulation before its end, if anything did.
+    """
+
+    log: dict[str, Array]
+    claims: list[Claim]
+    files: list[Path]
+    failure: Exception | None
+
+
+def run_experiment(
+    experiment: Any,
+    scenario: Any,
+    out: Path,
+    *,
+    figures: bool = True,
+    html: bool = False,
+    live: bool = False,
+) -> RunResult:
+    """Builds, simulates and writes one experiment.
+
+    Args:
+        experiment: from the catalogue.
+        scenario: for it; its open fields (start posture, duration) are filled in.
+        out: folder to write into; made if need be.
+        figures: draw the chapter's figures.
+        html: write a replay.
+        live: show the run in Meshcat, at real time at most, and say where.
+
+    Raises:
+        ConfigurationError: the scenario or the folder cannot be used; nothing has been written.
+    """
+    _check_writable(out)
+    meshcat = start_meshcat(CAMERA, TARGET) if html or live else None
+    setup = experiment.build(scenario, meshcat)
+    if meshcat is not None and html:
+        meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
+    if meshcat is not None and live:
+        _log.info(f"Meshcat shows the run at {meshcat.web_url()}")
+    outcome = simulate(
+        setup.diagram,
+        scenario.simulator,
+        scenario.duration,
+        label=scenario.experiment,
+        real_time=live,
+    )
+    log = setup.recorder.collect(outcome.context)
+    claims = experiment.claims(log, scenario)
+    out.mkdir(parents=True, exist_ok=True)
+    writer = FileWriter(out)
+    writer.write("log.npz", lambda path: _save_log(log, path))
+    writer.write("scenario.yaml", lambda path: path.write_text(dump_scenario(scenario)))
+    writer.write(
+        "metrics.json",
+        lambda path: path.write_text(_metrics(scenario, claims, outcome.failure), "utf-8"),
+    )
+    if figures:
+        for name, figure in experiment.figures(log, scenario).items():
+            _save_figure(writer, name, figure)
+    if meshcat is not None and html:
+        meshcat.StopRecording()
+        meshcat.PublishRecording()
+        writer.write("replay.html", lambda path: write_replay(meshcat, path))
+    return RunResult(log, claims, writer.files, outcome.failure)
+
+
+# From where a replay is seen, in W.
+CAMERA = (2.05, -1.55, 1.25)
+TARGET = (0.5, 0.0, 0.75)
+
+
+def _check_writable(out: Path) -> None:
+    """Raises ConfigurationError if a folder cannot be made or written, before anything is done."""
+    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise ConfigurationError(f"The output folder {out} cannot be made: {existing} is a file.")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise ConfigurationError(
+            f"The output folder {out} cannot be written: no permission for {existing}. Give "
+            f"another with --out."
+        )
+
+
+class FileWriter:
+    """Writes each file under another name first: a file that is there is whole."""
+
+    def __init__(self, out: Path):
+        self._out = out
+        self.files: list[Path] = []
+
+    def write(self, name: str, save: Callable[[Path], Any]) -> None:
+        """Writes the file `name` with `save`, which gets a path, and moves it into its place."""
+        part = self._out / f".part-{name}"
+        save(part)
+        part.replace(self._out / name)
+        self.files.append(self._out / name)
+
+
+def _save_log(log: dict[str, Array], path: Path) -> None:
+    with path.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **log)
+
+
+def _save_figure(writer: FileWriter, name: str, figure: Figure) -> None:
+    # The name of the unfinished file does not tell matplotlib the format.
+    writer.write(f"{name}.png", lambda path: figure.savefig(path, format="png"))
+
+
+def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> str:
+    metrics = {
+        "experiment": scenario.experiment,
+        "seed": scenario.seed,
+        "duration": scenario.duration,
+        "failure": None if failure is None else str(failure),
+        "claims": [claim.as_dict() for claim in claims],
+        "versions": {
+            "geoimp_drake": version("geoimp-drake"),
+            "drake": version("drake"),
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+        },
+    }
+    return json.dumps(metrics, indent=2, ensure_ascii=False, default=float) + "\n"

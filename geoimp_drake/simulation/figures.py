@@ -1,0 +1,146 @@
+"""The chapter's figures from a log."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from geoimp_drake.simulation.style import AXIS_STYLES, figure_style, shade_phases
+from geoimp_drake.systems.frame_motion import POSITION
+from geoimp_drake.typing import Array
+
+__all__ = ["contact_time", "interaction_figure", "panels_figure"]
+
+Phases = list[tuple[str, float, float]]
+
+_TOUCH = 1.0  # [N] of true force that counts as contact
+
+
+def interaction_figure(
+    log: Mapping[str, Array],
+    arm: str,
+    orientation_error: Array,
+    *,
+    title: str,
+    orientation_label: str,
+    phases: Phases,
+) -> Figure:
+    """Returns the layout of Figs 5.3 and 5.10: errors above, contact wrench below.
+
+    Args:
+        log: of a run.
+        arm: its name in the log.
+        orientation_error: displacement of the orientation family over time (N×3).
+        title: of the figure.
+        orientation_label: label of the orientation error's axis, with its unit.
+        phases: to be shaded: name, begin, end.
+    """
+    position_error = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[:, POSITION]
+    wrench = log[f"{arm}/wrench"]
+    with figure_style():
+        figure = Figure(figsize=(9, 6))
+        axes = figure.subplots(2, 2, sharex=True)
+        panels = (
+            (axes[0, 0], "position error", 1e3 * position_error, "Δp_dc [mm]"),
+            (axes[0, 1], "orientation error", orientation_error, orientation_label),
+            (axes[1, 0], "contact force", wrench[:, 3:], "f [N]"),
+            (axes[1, 1], "contact moment", wrench[:, :3], "μ [Nm]"),
+        )
+        for panel, name, values, label in panels:
+            _plot_components(panel, log["t"], values, name, label)
+            shade_phases(panel, phases, label=panel is axes[0, 0])
+            _mark_contact(panel, log, arm, label=panel is axes[0, 0])
+        for panel in axes[1]:
+            panel.set_xlabel("time [s]")
+        figure.suptitle(title)
+    return figure
+
+
+def panels_figure(
+    log: Mapping[str, Array],
+    arm: str,
+    panels: Sequence[tuple[str, str, Array]],
+    title: str,
+    phases: Phases,
+) -> Figure:
+    """Returns panels side by side, as Figs 5.4 to 5.9 have them.
+
+    Args:
+        log: of a run.
+        arm: its name in the log.
+        panels: title, label of the axis with its unit, and values (N×3, or N for one curve).
+        title: of the figure.
+        phases: to be shaded: name, begin, end.
+    """
+    with figure_style():
+        figure = Figure(figsize=(4.5 * len(panels), 3.4))
+        for axes, (name, label, values) in zip(
+            figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True
+        ):
+            if values.ndim == 1:
+                _plot_scalar(axes, log["t"], values, name, label)
+            else:
+                _plot_components(axes, log["t"], values, name, label)
+            shade_phases(axes, phases, label=False)
+            _mark_contact(axes, log, arm, label=False)
+            axes.set_xlabel("time [s]")
+        figure.suptitle(title)
+    return figure
+
+
+def _plot_scalar(axes: Axes, t: Array, values: Array, title: str, label: str) -> None:
+    """Plots one curve over time, from zero up."""
+    axes.plot(t, values)
+    axes.set_title(title)
+    axes.set_ylabel(label)
+    _limit_time(axes, t)
+    axes.set_ylim(bottom=0.0)
+
+
+def _plot_components(
+    axes: Axes,
+    t: Array,
+    values: Array,
+    title: str,
+    label: str,
+    names: Sequence[str] = ("x", "y", "z"),
+) -> None:
+    """Plots the three components of a vector over time."""
+    for component, name, style in zip(values.T, names, AXIS_STYLES, strict=True):
+        axes.plot(t, component, label=name, **style)
+    axes.set_title(title)
+    axes.set_ylabel(label)
+    _limit_time(axes, t)
+    axes.legend(loc="best", ncols=3, handlelength=2.5)
+
+
+def _limit_time(axes: Axes, t: Array) -> None:
+    axes.set_xlim(t[0], t[-1] if len(t) > 1 else t[0] + 1.0)
+
+
+def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
+    """Returns when the surface is first felt [s], None if it never is."""
+    if "surface/plane" not in log:
+        return None
+    normal_force = -(log[f"{arm}/wrench_true"][:, 3:] @ log["surface/plane"][:3])
+    touched = np.flatnonzero(normal_force > _TOUCH)
+    return float(log["t"][touched[0]]) if touched.size else None
+
+
+def _mark_contact(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:
+    """Draws a line at first contact."""
+    time = contact_time(log, arm)
+    if time is None:
+        return
+    axes.axvline(time, color="#666666", linewidth=0.8, linestyle=":")
+    if label:
+        axes.annotate(
+            "contact",
+            (time, 0.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(3, 4),
+            textcoords="offset points",
+            fontsize=8,
+            color="#666666",
+        )

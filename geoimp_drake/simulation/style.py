@@ -1,0 +1,43 @@
+"""One style for every figure; its style sheet is chapter.mplstyle beside this file."""
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from matplotlib import style
+from matplotlib.axes import Axes
+
+__all__ = ["AXIS_STYLES", "figure_style", "shade_phases"]
+
+# Colours for x, y, z; the dashes tell them apart without colour.
+AXIS_STYLES: tuple[dict[str, Any], ...] = (
+    {"color": "#D55E00", "linestyle": "-"},
+    {"color": "#009E73", "linestyle": (0, (6, 2))},
+    {"color": "#0072B2", "linestyle": (0, (2, 1))},
+)
+_PHASE_COLOURS = ("#00000008", "#00000014")
+
+
+def figure_style() -> AbstractContextManager[None]:
+    """Returns a context in which figures are drawn in this project's style."""
+    return style.context(Path(__file__).with_name("chapter.mplstyle"))
+
+
+def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:
+    """Shades what is visible of a motion's phases; `label` writes their names below the title."""
+    first, last = axes.get_xlim()
+    for index, (name, begin, end) in enumerate(phases):
+        begin, end = max(begin, first), min(end, last)
+        if begin >= end:
+            continue
+        axes.axvspan(begin, end, color=_PHASE_COLOURS[index % 2], linewidth=0)
+        if label:
+            axes.annotate(
+                name,
+                ((begin + end) / 2, 1.0),
+                xycoords=("data", "axes fraction"),
+                ha="center",
+                va="top",
+                fontsize=8,
+                color="#666666",
+            )

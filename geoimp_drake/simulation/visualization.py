@@ -1,0 +1,129 @@
+"""What Meshcat shows besides the models: the frames D, C, E and the measured wrench."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.geometry import (
+    Cylinder,
+    Meshcat,
+    MeshcatCone,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    Role,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+
+from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
+from geoimp_drake.typing import Array
+
+__all__ = ["FrameTriads", "WrenchArrow", "add_visualization"]
+
+_PERIOD = 1 / 32  # [s]; a binary fraction, so that frames fall on the same times in every run
+_AXIS_COLOURS = (Rgba(0.84, 0.15, 0.16), Rgba(0.17, 0.63, 0.17), Rgba(0.12, 0.47, 0.71))
+_AXIS_ROTATIONS = (
+    RotationMatrix.MakeYRotation(np.pi / 2),
+    RotationMatrix.MakeXRotation(-np.pi / 2),
+    RotationMatrix(),
+)
+_TRIAD_SIZES = {"D": (0.16, 0.0025), "C": (0.13, 0.004), "E": (0.10, 0.006)}
+_FORCE_SCALE = 0.005  # [m/N]
+_SMALLEST_ARROW = 1e-3  # [m]
+
+
+def add_visualization(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: Meshcat,
+    frames: Mapping[str, OutputPort],
+    wrench: OutputPort,
+) -> None:
+    """Adds the models' visualizer, a triad for each frame and an arrow for the force at E.
+
+    Args:
+        builder: of the diagram, which contains `scene_graph`.
+        scene_graph: what is drawn.
+        meshcat: where it is drawn.
+        frames: ports with frame motions by the frames' names; `E` carries the arrow.
+        wrench: port with [moment; force] on the environment in W.
+    """
+    parameters = MeshcatVisualizerParams(role=Role.kIllustration, publish_period=_PERIOD)
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
+    triads = builder.AddNamedSystem("frame_triads", FrameTriads(meshcat, tuple(frames)))
+    for name, port in frames.items():
+        builder.Connect(port, triads.GetInputPort(name))
+    arrow = builder.AddNamedSystem("wrench_arrow", WrenchArrow(meshcat))
+    builder.Connect(frames["E"], arrow.GetInputPort("motion_E"))
+    builder.Connect(wrench, arrow.GetInputPort("wrench"))
+
+
+class FrameTriads(LeafSystem):
+    """Draws frames as triads, x red, y green, z blue; D is the thinnest, E the thickest.
+
+    Ports:
+        input NAME: motion of the frame of that name in W (19), one port a frame
+    """
+
+    def __init__(self, meshcat: Meshcat, names: tuple[str, ...]):
+        super().__init__()
+        self._meshcat = meshcat
+        self._names = names
+        for name in names:
+            self.DeclareVectorInputPort(name, frame_motion_vector())
+            _draw_triad(meshcat, f"frames/{name}", *_TRIAD_SIZES.get(name, _TRIAD_SIZES["E"]))
+        self.DeclarePeriodicPublishEvent(_PERIOD, 0.0, self._draw)
+        self.DeclareForcedPublishEvent(self._draw)
+
+    def _draw(self, context: Context) -> None:
+        for name in self._names:
+            X_WF = pose_of(self.GetInputPort(name).Eval(context))
+            self._meshcat.SetTransform(f"frames/{name}", X_WF, context.get_time())
+
+
+class WrenchArrow(LeafSystem):
+    """Draws the force on the environment as an arrow at E, 5 mm for each newton.
+
+    Ports:
+        input motion_E: of E in W (19)
+        input wrench: [moment; force] on the environment in W (6)
+    """
+
+    def __init__(self, meshcat: Meshcat):
+        super().__init__()
+        self._meshcat = meshcat
+        self._motion = self.DeclareVectorInputPort("motion_E", frame_motion_vector())
+        self._wrench = self.DeclareVectorInputPort("wrench", 6)
+        colour = Rgba(0.9, 0.62, 0.0)
+        meshcat.SetObject("wrench/shaft", Cylinder(0.006, 1.0), colour)
+        meshcat.SetObject("wrench/tip", MeshcatCone(0.03, 0.014, 0.014), colour)
+        self.DeclarePeriodicPublishEvent(_PERIOD, 0.0, self._draw)
+        self.DeclareForcedPublishEvent(self._draw)
+
+    def _draw(self, context: Context) -> None:
+        time = context.get_time()
+        p_WE = self._motion.Eval(context)[POSITION]
+        force = self._wrench.Eval(context)[3:]
+        length = float(np.linalg.norm(force)) * _FORCE_SCALE
+        visible = length > _SMALLEST_ARROW
+        self._meshcat.SetProperty("wrench", "visible", visible, time)
+        if not visible:
+            return
+        R_WA = RotationMatrix.MakeFromOneVector(force, 2)
+        direction = R_WA.col(2)
+        middle = RigidTransform(R_WA, p_WE + 0.5 * length * direction)
+        # A Meshcat cone has its tip at the origin and opens along +z.
+        tip = RigidTransform(
+            R_WA @ RotationMatrix.MakeXRotation(np.pi), p_WE + (length + 0.03) * direction
+        )
+        self._meshcat.SetTransform("wrench/shaft", middle, time)
+        self._meshcat.SetProperty("wrench/shaft", "scale", [1.0, 1.0, length], time)
+        self._meshcat.SetTransform("wrench/tip", tip, time)
+
+
+def _draw_triad(meshcat: Meshcat, path: str, length: float, radius: float) -> None:
+    for axis, colour, R_FA in zip("xyz", _AXIS_COLOURS, _AXIS_ROTATIONS, strict=True):
+        offset: Array = R_FA.col(2) * (length / 2)
+        meshcat.SetObject(f"{path}/{axis}", Cylinder(radius, length), colour)
+        meshcat.SetTransform(f"{path}/{axis}", RigidTransform(R_FA, offset))

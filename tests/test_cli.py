@@ -1,0 +1,212 @@
+"""The command line: exit status, one clear line for unusable input, and what a run leaves."""
+
+import json
+import os
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+from geoimp_drake import cli
+
+SHORT = ("run", "plexiglas", "--duration", "0.05", "--no-figures")
+
+
+def run(*arguments: str) -> int:
+    try:
+        return cli.main(arguments)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def test_list_names_every_experiment(capsys):
+    assert run("list") == 0
+    assert re.search(r"^plexiglas +\S", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_a_run_leaves_the_files_of_the_contract(out):
+    assert run("run", "plexiglas", "--duration", "0.05", "--out", str(out)) == 0
+    assert {path.name for path in out.iterdir()} == {
+        "log.npz",
+        "scenario.yaml",
+        "metrics.json",
+        "figure_5_3.png",
+    }
+    assert (out / "figure_5_3.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_log_has_the_keys_and_shapes_of_the_contract(out):
+    assert run(*SHORT, "--out", str(out)) == 0
+    log = np.load(out / "log.npz")
+    shapes = {
+        "t": (6,),
+        "six/q": (6, 6),
+        "six/v": (6, 6),
+        "six/u": (6, 6),
+        "six/motion_E": (6, 19),
+        "six/motion_D": (6, 19),
+        "six/motion_C": (6, 19),
+        "six/wrench": (6, 6),
+        "six/wrench_true": (6, 6),
+        "surface/plane": (4,),
+        "surface/disk": (3,),
+    }
+    assert {key: log[key].shape for key in log.files} == shapes
+    np.testing.assert_allclose(log["t"], np.arange(6) * 0.01, atol=1e-12)
+    np.testing.assert_allclose(log["surface/plane"], [0, 0, 1, 0.52], atol=1e-12)
+
+
+def test_the_resolved_scenario_gives_the_same_log_to_the_bit(out, tmp_path):
+    noise = ("--set", "sensor.force_noise=0.1", "--seed", "7")
+    assert run(*SHORT, *noise, "--out", str(out)) == 0
+    again = tmp_path / "again"
+    resolved = ("run", "plexiglas", "--no-figures", "--scenario", str(out / "scenario.yaml"))
+    assert run(*resolved, "--out", str(again)) == 0
+    first, second = np.load(out / "log.npz"), np.load(again / "log.npz")
+    assert first.files == second.files
+    for key in first.files:
+        assert first[key].tobytes() == second[key].tobytes(), key
+    other = tmp_path / "other"
+    assert run(*resolved, "--seed", "8", "--out", str(other)) == 0
+    assert np.load(other / "log.npz")["six/wrench"].tobytes() != first["six/wrench"].tobytes()
+
+
+def test_claims_that_a_short_run_cannot_judge_are_neither_true_nor_false(out):
+    assert run(*SHORT, "--out", str(out)) == 0
+    claims = json.loads((out / "metrics.json").read_text())["claims"]
+    assert {claim["holds"] for claim in claims} == {None, True}
+    assert all((claim["figure"] is None) == (claim["holds"] is None) for claim in claims)
+
+
+def test_options_reach_the_scenario(out, tmp_path):
+    layer = tmp_path / "mine.yaml"
+    layer.write_text("surface: {properties: {friction: 0.1}}\nseed: 3\n")
+    options = ("--set", "segments.0.duration=6.5", "--orientation", "alternative-euler")
+    assert run(*SHORT, *options, "--scenario", str(layer), "--out", str(out)) == 0
+    scenario = yaml.safe_load((out / "scenario.yaml").read_text())
+    assert scenario["segments"][0]["duration"] == 6.5
+    assert scenario["impedance"]["orientation"] == "alternative-euler"
+    assert scenario["motion"]["orientation"] == "quaternion"
+    assert scenario["surface"]["properties"]["friction"] == 0.1
+    assert scenario["seed"] == scenario["sensor"]["seed"] == 3
+
+
+BAD_SETTINGS = {
+    "impedance.translation.stiffness=-1": "translation.stiffness.*eigenvalue is -1",
+    "impedance.translation.mass=[1,2]": r"translation.mass.*shape \(2,\)",
+    "impedance.rotation.damping=[[1,2,0],[0,1,0],[0,0,1]]": "damping.*not symmetric.*2",
+    "impedance.rotation.stiffness=.nan": "rotation.stiffness.*nan",
+    "motion.K_Pp=.inf": "K_Pp.*inf",
+    "motion.K_Do=-3": "K_Do.*-3",
+    "motion.orientation=euler": "euler.*Valid: .*quaternion",
+    "sampling.velocity=guessed": "guessed.*differenced",
+    "sampling.period=0": "sampling.period.*0",
+    "impedance.axes=none": "none.*rotation",
+    "start.position=[2.5, 0, 0.7]": "No posture within the joint limits.*2.5",
+    "start.position=[0.9, 0, 0.5]": r"starts .* mm inside the surface",
+    "start.posture=[0, 0, 0, 0, 3, 0]": "wrist_pitch at 3.0000, allowed",
+    "start.posture=[0, 0, 0]": "start.posture.*6",
+    "start.tilt_axis=[0, 0, 0]": "tilt_axis",
+    "surface.properties.friction=-0.1": "friction.*-0.1",
+    "surface.normal=[0, 0, 0]": "surface.normal",
+    "surface.point=[0.9, .nan, 0.5]": "surface.point.*nan",
+    "sensor.force_range=0": "force_range.*0",
+    "sensor.inertial_load=all": "all.*reference",
+    "segments.0.duration=-7": "segments.0.*duration.*-7",
+    "segments.0.duration=.nan": "segments.0.*duration.*nan",
+    "segments.5.duration=1": "segments has 2 entries",
+    "segments.0.displacement=[1, 2]": "displacement.*three",
+    "log_period=0": "log_period",
+    "log_period=often": "log_period is 'often'; give a number",
+    "seed=-1": "seed is -1",
+    "sede=1": "Unknown key in the scenario 'sede'. Did you mean 'seed'.*Valid: .*surface",
+    "impedence.axes=both": "impedence.*Did you mean 'impedance'",
+    "impedance=3": "impedance must be a mapping",
+    "seed": "key.path=value",
+    "seed=[": "not YAML",
+    "arm=eight": "eight.*six",
+    "plant.time_step=0": "time_step",
+    "simulator.max_step_size=0": "max_step_size",
+}
+
+
+@pytest.mark.parametrize("setting", BAD_SETTINGS)
+def test_a_bad_setting_gets_one_clear_line_and_writes_nothing(setting, out, capsys):
+    assert run(*SHORT, "--out", str(out), "--set", setting) == 2
+    error = capsys.readouterr().err
+    assert re.search(BAD_SETTINGS[setting], error), error
+    assert error.startswith("geoimp: ")
+    assert error.count("\n") == 1
+    assert "Traceback" not in error
+    assert not out.exists()
+
+
+BAD_FILES = {
+    b"seed: [1": "is not YAML",
+    b"- 1\n- 2\n": "holds list; a scenario is a mapping",
+    b"": "holds nothing",
+    b"\xff\xfe\x00": "cannot be read|is not YAML",
+    b"unknown: 1\n": "Unknown key in the scenario 'unknown'",
+    b"impedance: {translation: {stifness: 1}}\n": "Did you mean 'stiffness'",
+    b"segments: fast\n": "segments must be a list",
+}
+
+
+@pytest.mark.parametrize("content", BAD_FILES)
+def test_a_bad_scenario_file_gets_one_clear_line(content, out, tmp_path, capsys):
+    file = tmp_path / "bad.yaml"
+    file.write_bytes(content)
+    assert run(*SHORT, "--out", str(out), "--scenario", str(file)) == 2
+    error = capsys.readouterr().err
+    assert re.search(BAD_FILES[content], error), error
+    assert error.count("\n") == 1
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("run", "plexiglass"), "Unknown experiment 'plexiglass'. Did you mean 'plexiglas'"),
+        (("run", "plexiglas", "--orientation", "euler"), "Valid: .*alternative-euler"),
+        (("run", "plexiglas", "--duration", "-1"), "duration is -1"),
+        (("run", "plexiglas", "--duration", "soon"), "--duration: invalid float value: 'soon'"),
+        (("run", "plexiglas", "--scenario", "missing.yaml"), "missing.yaml cannot be read"),
+        (("run",), "EXPERIMENT"),
+        (("walk",), "invalid choice: 'walk'"),
+    ],
+)
+def test_unusable_arguments_end_with_status_2_and_one_line(arguments, message, capsys):
+    assert run(*arguments) == 2
+    error = capsys.readouterr().err
+    assert re.search(message, error), error
+    assert error.count("\n") == 1
+
+
+def test_an_output_folder_that_is_a_file_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert run(*SHORT, "--out", str(tmp_path / "file" / "below")) == 2
+    assert re.search("cannot be made.*is a file", capsys.readouterr().err)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_an_output_folder_without_permission_is_refused(tmp_path, capsys):
+    tmp_path.chmod(0o500)
+    assert run(*SHORT, "--out", str(tmp_path / "out")) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, capsys):
+    # Far below any sensible inertia, the integrator of C diverges.
+    unstable = ("--set", "impedance.translation.mass=1e-4", "--set", "log_period=0.001")
+    assert run("run", "plexiglas", *unstable, "--duration", "5", "--out", str(out)) == 1
+    assert re.search("simulation of plexiglas failed: .*", capsys.readouterr().err)
+    log = np.load(out / "log.npz")
+    assert 0 < log["t"][-1] < 5
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["failure"]
