@@ -200,7 +200,8 @@ def build_single_arm(scenario: SingleArmScenario, meshcat: Meshcat | None = None
     builder.Connect(plant.get_state_output_port(arm), controller.GetInputPort("estimated_state"))
     builder.Connect(sensor.GetOutputPort("wrench"), controller.GetInputPort("wrench"))
     builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port(arm))
-    # The tool's inertial load, if it is to be removed by reference, is that of C's motion.
+    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
+    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
     builder.Connect(
         controller.GetOutputPort("compliant_motion"), sensor.GetInputPort("reference_motion")
     )

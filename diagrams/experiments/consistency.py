@@ -95,8 +95,8 @@ def _figure(log: Log, scenario: SingleArmScenario) -> Figure:
         log,
         scenario.arm,
         [
-            ("orientation error", "ᵉε_de [-]", quaternion_error(log, scenario.arm, "E")),
-            ("orientation misalignment", "δ [-]", misalignment_at(log, scenario, "E")),
+            ("orientation error", "ᵉε_de [-]", quaternion_error(log, scenario.arm, "E"), 0.0),
+            ("orientation misalignment", "δ [-]", misalignment_at(log, scenario, "E"), 0.05),
         ],
         f"{scenario.experiment}: {family}",
         phases_of(scenario.segments),

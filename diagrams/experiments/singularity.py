@@ -51,11 +51,11 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
     wrench = log[f"{scenario.arm}/wrench"]
     classical = family == "classical-euler"
     panels = [
-        ("contact force", "f [N]", wrench[:, 3:]),
-        ("contact moment", "μ [Nm]", wrench[:, :3]),
+        ("contact force", "f [N]", wrench[:, 3:], 0.0),
+        ("contact moment", "μ [Nm]", wrench[:, :3], 0.0),
     ]
     if classical:
-        panels.append(("conditioning of T(φ_c)", "cond(T) [-]", conditioning(log, scenario)))
+        panels.append(("conditioning of T(φ_c)", "cond(T) [-]", conditioning(log, scenario), 10.0))
     figure = panels_figure(
         log, scenario.arm, panels, f"singularity: {family}", phases_of(scenario.segments)
     )

@@ -60,7 +60,7 @@ def interaction_figure(
 def panels_figure(
     log: Mapping[str, Array],
     arm: str,
-    panels: Sequence[tuple[str, str, Array]],
+    panels: Sequence[tuple[str, str, Array, float]],
     title: str,
     phases: Phases,
 ) -> Figure:
@@ -69,17 +69,18 @@ def panels_figure(
     Args:
         log: of a run.
         arm: its name in the log.
-        panels: title, label of the axis with its unit, and values (N×3, or N for one curve).
+        panels: title, label of the axis with its unit, values (N×3, or N for one curve), and what
+            the axis of one curve must at least show, so that noise does not look like a signal.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """
     with figure_style():
         figure = Figure(figsize=(4.5 * len(panels), 3.4))
-        for axes, (name, label, values) in zip(
+        for axes, (name, label, values, least) in zip(
             figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True
         ):
             if values.ndim == 1:
-                _plot_scalar(axes, log["t"], values, name, label)
+                _plot_scalar(axes, log["t"], values, name, label, least)
             else:
                 _plot_components(axes, log["t"], values, name, label)
             shade_phases(axes, phases, label=False)
@@ -89,13 +90,13 @@ def panels_figure(
     return figure
 
 
-def _plot_scalar(axes: Axes, t: Array, values: Array, title: str, label: str) -> None:
+def _plot_scalar(axes: Axes, t: Array, values: Array, title: str, label: str, least: float) -> None:
     """Plots one curve over time, from zero up."""
     axes.plot(t, values)
     axes.set_title(title)
     axes.set_ylabel(label)
     _limit_time(axes, t)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, max(1.05 * values.max(), least))
 
 
 def _plot_components(

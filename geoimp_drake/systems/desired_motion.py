@@ -81,6 +81,7 @@ class DesiredMotion(LeafSystem):
         self._end_times = np.cumsum([segment.duration for segment in segments])
         self._axes = [_axis(segment.rotation) for segment in segments]
         self._starts = _orientations(self._start[QUATERNION], segments)
+        self._rests = [self._rest(k) for k in range(len(segments))]
         self.DeclareVectorOutputPort(
             "motion",
             frame_motion_vector(),
@@ -98,6 +99,8 @@ class DesiredMotion(LeafSystem):
             return self._start
         t = min(max(time, 0.0), self.duration())
         k = min(int(np.searchsorted(self._end_times, t, side="right")), len(self._axes) - 1)
+        if (rest := self._rests[k]) is not None:
+            return rest
         position, velocity, acceleration = (
             self._curve.EvalDerivative(t, order)[:, 0] for order in range(3)
         )
@@ -111,6 +114,18 @@ class DesiredMotion(LeafSystem):
         motion[ANGULAR_ACCELERATION] = acceleration[3] * self._axes[k]
         motion[LINEAR_ACCELERATION] = acceleration[:3]
         return motion
+
+    def _rest(self, k: int) -> Array | None:
+        """Returns the motion during segment k if that is a rest: nothing to compute any more."""
+        assert self._curve is not None  # there are segments
+        begin, end = np.concatenate(([0.0], self._end_times))[k : k + 2]
+        before, after = self._curve.value(begin)[:3, 0], self._curve.value(end)[:3, 0]
+        if self._axes[k].any() or np.abs(after - before).any():
+            return None
+        rest = self._start.copy()
+        rest[QUATERNION] = self._starts[k]
+        rest[POSITION] = after
+        return rest
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.evaluate(context.get_time()))

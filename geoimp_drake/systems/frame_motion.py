@@ -77,12 +77,12 @@ def pose_of(motion: Array) -> RigidTransform:
 def check_signal(value: Array, port: str) -> None:
     """Raises SignalError if a value at a port is NaN or infinite.
 
-    The sum is NaN or infinite if any entry is: one cheap call in place of a test of each.
+    The sum of squares is NaN or infinite if any entry is: one cheap call in place of many tests.
     """
-    if not math.isfinite(value.sum()):
+    if not math.isfinite(value.dot(value)):
         bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
         raise SignalError(
-            f"Port '{port}' got {bad or 'values that overflow when added'} (index: value); every "
+            f"Port '{port}' got {bad or 'values that overflow when squared'} (index: value); every "
             f"entry must be finite. Look at the system that feeds this port."
         )
 

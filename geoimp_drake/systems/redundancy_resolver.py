@@ -112,7 +112,8 @@ class RedundancyResolver(LeafSystem):
         self._internal = self.DeclareCacheEntry(
             "internal motion",
             ValueProducer(
-                lambda: AbstractValue.Make(object()), self._report_six if six else self._calc_internal
+                lambda: AbstractValue.Make(object()),
+                self._report_six if six else self._calc_internal,
             ),
             posture,
         )

@@ -8,8 +8,7 @@ from geoimp_drake.diagrams.experiments import plexiglas
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.simulation.figures import contact_time
 
-# Steady 3 s after the motion: enough to compare families.
-SHORT = "duration=10.0"
+pytestmark = pytest.mark.xdist_group("plexiglas")  # its tests share the long run
 
 
 def test_every_claim_of_the_chapter_holds():
