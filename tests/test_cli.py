@@ -194,11 +194,35 @@ def test_an_output_folder_that_is_a_file_is_refused(tmp_path, capsys):
     assert re.search("cannot be made.*is a file", capsys.readouterr().err)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_an_output_folder_without_permission_is_refused(tmp_path, capsys):
-    tmp_path.chmod(0o500)
+def test_an_output_folder_without_permission_is_refused(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
     assert run(*SHORT, "--out", str(tmp_path / "out")) == 2
     assert "cannot be written" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_compare_runs_each_family_and_draws_them_together(out, capsys):
+    families = ("quaternion", "alternative-euler", "angle-axis-simple")
+    short = ("compare", "consistency", "--duration", "0.05", "--out", str(out))
+    assert run(*short, "--orientation", *families) == 0
+    assert {path.name for path in out.iterdir()} == {*families, "comparison.png"}
+    assert all((out / family / "metrics.json").exists() for family in families)
+    printed = capsys.readouterr().out
+    assert all(f"{family}\nclaim" in printed for family in families)
+
+
+def test_compare_refuses_an_unknown_family_before_it_writes(out, capsys):
+    short = ("compare", "consistency", "--duration", "0.05", "--out", str(out))
+    assert run(*short, "--orientation", "quaternion", "euler") == 2
+    assert re.search("Unknown orientation 'euler'.*Valid: ", capsys.readouterr().err)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("name", ["singularity", "consistency", "nondiagonal", "redundancy"])
+def test_every_other_experiment_runs_and_leaves_its_figures(name, out):
+    assert run("run", name, "--duration", "0.02", "--out", str(out)) == 0
+    assert list(out.glob("figure_5_*.png"))
+    assert (out / "metrics.json").exists()
 
 
 def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, capsys):

@@ -96,9 +96,11 @@ class RedundancyResolver(LeafSystem):
         self._a = self.DeclareVectorInputPort("task_acceleration", TASK_DIMENSION)
         self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         arm = self.input_port_ticket(self._arm.get_index())
-        # The posture at initialization, from which targets may start; NaN before it.
+        # The posture from which targets may start; NaN until the first step. It is not kept at
+        # initialization: the joint readings are taken anew in the same instant.
         start = self.DeclareDiscreteState(np.full(n, np.nan))
-        self.DeclareInitializationDiscreteUpdateEvent(self._keep_start_posture)
+        self.DeclareInitializationDiscreteUpdateEvent(self._forget_start_posture)
+        self.DeclarePerStepDiscreteUpdateEvent(self._keep_start_posture)
         self._scratch = self.DeclareCacheEntry(
             "scratch context of the control model",
             ValueProducer(
@@ -136,7 +138,14 @@ class RedundancyResolver(LeafSystem):
 
         return calc
 
+    @staticmethod
+    def _forget_start_posture(context: Context, state: DiscreteValues) -> EventStatus:
+        state.set_value(np.full_like(state.value(), np.nan))
+        return EventStatus.Succeeded()
+
     def _keep_start_posture(self, context: Context, state: DiscreteValues) -> EventStatus:
+        if not np.isnan(context.get_discrete_state_vector().value()[0]):
+            return EventStatus.DidNothing()
         state.set_value(self._arm.Eval(context).q)
         return EventStatus.Succeeded()
 

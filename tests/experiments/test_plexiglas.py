@@ -53,7 +53,16 @@ def test_the_arm_follows_C():
     assert np.abs(error).max() < 1e-3
 
 
-@pytest.mark.parametrize("other", ["classical-euler", "alternative-euler", "angle-axis-tan-half"])
+OTHERS = (
+    "classical-euler",
+    "alternative-euler",
+    "angle-axis-sin",
+    "angle-axis-tan-half",
+    "angle-axis-simple",
+)
+
+
+@pytest.mark.parametrize("other", OTHERS)  # angle-axis-sin-half is the quaternion family itself
 def test_families_agree_in_peak_and_steady_force(other):
     runs = {}
     for name in ("quaternion", other):
