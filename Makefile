@@ -22,7 +22,7 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 tests: $(STAMP)
-	$(BIN)/pytest -n 2 --dist loadgroup # what shares a costly fixture runs on one worker
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder # files share costly runs
 
 format: $(STAMP)
 	$(BIN)/ruff format .

@@ -20,8 +20,6 @@ import numpy as np
 import pytest
 from library_tree import FOLDERS, MODULES, PYPROJECT, ROOT, files
 
-pytestmark = pytest.mark.xdist_group("wheel")
-
 # 3.11 gets the last Drake that supports it, 3.12 the newest.
 PYTHONS = ("3.11", "3.12")
 NO_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")

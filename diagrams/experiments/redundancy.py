@@ -146,7 +146,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
             log,
             arm,
             [
-                ("elbow", "q [rad]", elbow, 1.2),
+                ("elbow", "q [rad]", elbow, None),
                 ("task function", "w [rad²]", task_value(log, scenario), 0.0),
             ],
             f"redundancy: internal motion, k_β = {k_beta:g}",

@@ -60,7 +60,7 @@ def interaction_figure(
 def panels_figure(
     log: Mapping[str, Array],
     arm: str,
-    panels: Sequence[tuple[str, str, Array, float]],
+    panels: Sequence[tuple[str, str, Array, float | None]],
     title: str,
     phases: Phases,
 ) -> Figure:
@@ -70,7 +70,8 @@ def panels_figure(
         log: of a run.
         arm: its name in the log.
         panels: title, label of the axis with its unit, values (N×3, or N for one curve), and what
-            the axis of one curve must at least show, so that noise does not look like a signal.
+            the axis of one curve must at least show, from zero up, so that noise does not look
+            like a signal; None leaves the axis free.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """
@@ -90,13 +91,16 @@ def panels_figure(
     return figure
 
 
-def _plot_scalar(axes: Axes, t: Array, values: Array, title: str, label: str, least: float) -> None:
-    """Plots one curve over time, from zero up."""
+def _plot_scalar(
+    axes: Axes, t: Array, values: Array, title: str, label: str, least: float | None
+) -> None:
+    """Plots one curve over time."""
     axes.plot(t, values)
     axes.set_title(title)
     axes.set_ylabel(label)
     _limit_time(axes, t)
-    axes.set_ylim(0.0, max(1.05 * values.max(), least))
+    if least is not None:
+        axes.set_ylim(0.0, max(1.05 * values.max(), least))
 
 
 def _plot_components(
@@ -113,6 +117,7 @@ def _plot_components(
     axes.set_title(title)
     axes.set_ylabel(label)
     _limit_time(axes, t)
+    axes.margins(y=0.18)  # room for the legend and the names of the phases
     axes.legend(loc="best", ncols=3, handlelength=2.5)
 
 

@@ -24,8 +24,9 @@ def figure_style() -> AbstractContextManager[None]:
 
 
 def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:
-    """Shades what is visible of a motion's phases; `label` writes their names below the title."""
+    """Shades what is visible of a motion's phases; `label` writes their names, upright if many."""
     first, last = axes.get_xlim()
+    upright = len(phases) > 3
     for index, (name, begin, end) in enumerate(phases):
         begin, end = max(begin, first), min(end, last)
         if begin >= end:
@@ -34,10 +35,13 @@ def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: b
         if label:
             axes.annotate(
                 name,
-                ((begin + end) / 2, 1.0),
+                (begin if upright else (begin + end) / 2, 1.0),
                 xycoords=("data", "axes fraction"),
-                ha="center",
+                xytext=(2, -2) if upright else (0, -2),
+                textcoords="offset points",
+                ha="left" if upright else "center",
                 va="top",
+                rotation=90 if upright else 0,
                 fontsize=8,
                 color="#666666",
             )

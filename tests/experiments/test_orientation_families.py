@@ -10,8 +10,6 @@ from geoimp_drake.errors import ConfigurationError, OutOfDomainError, Singularit
 from geoimp_drake.laws.coupled_stiffness import coupling_force
 from geoimp_drake.rotations import quaternion
 
-pytestmark = pytest.mark.xdist_group("families")  # its tests share their runs
-
 CONSISTENT = (
     "quaternion",
     "alternative-euler",

@@ -8,8 +8,6 @@ from geoimp_drake.diagrams.experiments import plexiglas
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.simulation.figures import contact_time
 
-pytestmark = pytest.mark.xdist_group("plexiglas")  # its tests share the long run
-
 
 def test_every_claim_of_the_chapter_holds():
     assert_all_hold(claims_of("plexiglas"))

@@ -9,8 +9,6 @@ from geoimp_drake.diagrams.experiments.redundancy import task_value
 WITHOUT = "redundancy.k_beta=0"
 CONTACT = (8.0, 23.0)  # approach and contact [s]
 
-pytestmark = pytest.mark.xdist_group("redundancy")  # its tests share two long runs
-
 
 def during(log, begin, end):
     return (log["t"] >= begin) & (log["t"] <= end)
