@@ -10,7 +10,10 @@ OUT ?= results
 .PHONY: run test lint format types tests clean
 
 run: $(STAMP)
-	$(BIN)/geoimp run plexiglas --html --out $(OUT)/plexiglas
+	@for experiment in $$($(BIN)/geoimp list | cut -d ' ' -f 1); do \
+		echo "== $$experiment" && \
+		$(BIN)/geoimp run $$experiment --html --out $(OUT)/$$experiment || exit 1; \
+	done
 
 test: lint types tests
 

@@ -10,27 +10,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
-    BodyIndex,
-    FixedOffsetFrame,
     Frame,
-    Joint,
     JointActuator,
     ModelInstanceIndex,
     PrismaticJoint,
     RevoluteJoint,
-    RigidBody,
-    SpatialInertia,
-    UnitInertia,
     WeldJoint,
 )
 
+from geoimp_drake.arm_copy import copy_arm
 from geoimp_drake.errors import ModelError
+from geoimp_drake.kinematic_tree import Chain, KinematicTree
 from geoimp_drake.typing import Array
 
-__all__ = ["TASK_DIMENSION", "ControlModel", "welded_bodies"]
+__all__ = ["TASK_DIMENSION", "ControlModel"]
 
 TASK_DIMENSION = 6
 
@@ -84,12 +79,12 @@ class ControlModel:
         if not plant.is_finalized():
             raise ModelError("The plant is not finalized; call plant.Finalize() first.")
         _check_own(plant, model_instance, end_effector_frame)
-        tree = _Tree(plant, set(without))
+        tree = KinematicTree(plant, set(without))
         chain = _chain_of(tree, model_instance, end_effector_frame)
         actuators = _actuators_of(plant, model_instance, chain)
         model = MultibodyPlant(time_step=0.0)
         model.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
-        E = _copy_arm(tree, chain, actuators, end_effector_frame, model, model_instance)
+        E = copy_arm(tree, chain, actuators, end_effector_frame, model, model_instance)
         model.Finalize()
         return ControlModel(
             plant=model,
@@ -100,81 +95,6 @@ class ControlModel:
             state_order=_state_order(plant, model_instance, chain),
             actuation_order=_actuation_order(plant, model_instance, chain),
         )
-
-
-def welded_bodies(
-    plant: MultibodyPlant, joint: Joint, without: Sequence[ModelInstanceIndex] = ()
-) -> list[RigidBody]:
-    """Returns what a weld joint carries: the body on its far side and all that moves with it.
-
-    Joints further out (a gripper's fingers) count as locked. The first body is the far side: the
-    joint's parent if the joint was declared from the hand to the base.
-    """
-    tree = _Tree(plant, set(without))
-    return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
-
-
-class _Tree:
-    """The plant's joints as a tree that grows from the world."""
-
-    def __init__(self, plant: MultibodyPlant, without: set[ModelInstanceIndex]):
-        self.plant = plant
-        self.context = plant.CreateDefaultContext()
-        self._without = without
-        joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-        neighbours: dict[BodyIndex, list[tuple[Joint, RigidBody]]] = {}
-        for joint in joints:
-            parent, child = joint.parent_body(), joint.child_body()
-            neighbours.setdefault(parent.index(), []).append((joint, child))
-            neighbours.setdefault(child.index(), []).append((joint, parent))
-        self.inboard: dict[BodyIndex, tuple[Joint, RigidBody]] = {}
-        self.outboard: dict[BodyIndex, list[tuple[Joint, RigidBody]]] = {}
-        world = plant.world_body()
-        seen, front = {world.index()}, [world]
-        for body in front:
-            for joint, other in neighbours.get(body.index(), []):
-                if other.index() in seen:
-                    continue
-                seen.add(other.index())
-                front.append(other)
-                self.inboard[other.index()] = (joint, body)
-                self.outboard.setdefault(body.index(), []).append((joint, other))
-
-    def path_from_world(self, body: RigidBody) -> list[tuple[Joint, RigidBody]]:
-        """Returns the joints from the world to a body, each with the body on its far side."""
-        path = []
-        while body.index() in self.inboard:
-            joint, parent = self.inboard[body.index()]
-            path.append((joint, body))
-            body = parent
-        return path[::-1]
-
-    def far_side(self, joint: Joint) -> RigidBody:
-        """Returns the body of a joint that is further from the world."""
-        child = joint.child_body()
-        inboard = self.inboard.get(child.index())
-        reaches_child = inboard is not None and inboard[0].index() == joint.index()
-        return child if reaches_child else joint.parent_body()
-
-    def carried_by(
-        self, body: BodyIndex, *, through_joints: bool, stop: Joint | None = None
-    ) -> list[RigidBody]:
-        """Returns a body and all that moves with it when joints further out are locked.
-
-        `stop` is the joint of the chain at which the next link begins.
-        """
-        carried = [self.plant.get_body(body)]
-        for link in carried:
-            for joint, child in self.outboard.get(link.index(), []):
-                if joint is stop or child.model_instance() in self._without:
-                    continue
-                if through_joints or isinstance(joint, WeldJoint):
-                    carried.append(child)
-        return carried
-
-    def relative_pose(self, A: Frame, B: Frame) -> RigidTransform:
-        """Returns X_AB in the default posture."""
-        return B.CalcPose(self.context, A)
 
 
 def _check_own(plant: MultibodyPlant, model_instance: ModelInstanceIndex, E: Frame) -> None:
@@ -191,9 +111,7 @@ def _check_own(plant: MultibodyPlant, model_instance: ModelInstanceIndex, E: Fra
         )
 
 
-def _chain_of(
-    tree: _Tree, model_instance: ModelInstanceIndex, E: Frame
-) -> list[tuple[Joint, RigidBody]]:
+def _chain_of(tree: KinematicTree, model_instance: ModelInstanceIndex, E: Frame) -> Chain:
     """Returns the arm's moving joints from base to hand, each with the body on its far side."""
     plant = tree.plant
     arm = plant.GetModelInstanceName(model_instance)
@@ -222,7 +140,7 @@ def _chain_of(
 def _check_instance(
     plant: MultibodyPlant,
     model_instance: ModelInstanceIndex,
-    moving: list[tuple[Joint, RigidBody]],
+    moving: Chain,
     E: Frame,
 ) -> None:
     """Raises ModelError unless the chain's joints are exactly the instance's moving joints."""
@@ -252,7 +170,7 @@ def _check_instance(
 def _actuators_of(
     plant: MultibodyPlant,
     model_instance: ModelInstanceIndex,
-    chain: list[tuple[Joint, RigidBody]],
+    chain: Chain,
 ) -> list[JointActuator]:
     """Returns the actuator of each joint of the chain."""
     by_joint = {
@@ -269,101 +187,7 @@ def _actuators_of(
     return [by_joint[joint.index()] for joint, _ in chain]
 
 
-def _copy_arm(
-    tree: _Tree,
-    chain: list[tuple[Joint, RigidBody]],
-    actuators: list[JointActuator],
-    end_effector_frame: Frame,
-    model: MultibodyPlant,
-    model_instance: ModelInstanceIndex,
-) -> Frame:
-    """Copies the chain into `model`, one merged link a joint; returns E there."""
-    joints = [joint for joint, _ in chain]
-    gravity = tree.plant.is_gravity_enabled(model_instance)
-    instance = model.AddModelInstance(tree.plant.GetModelInstanceName(model_instance))
-    # A is the link that carries the joint: its frame in the original and in the copy.
-    A, A_copy = tree.plant.world_frame(), model.world_frame()
-    for k, (joint, link) in enumerate(chain):
-        carried = tree.carried_by(
-            link.index(),
-            through_joints=k == len(chain) - 1,
-            stop=joints[k + 1] if k + 1 < len(chain) else None,
-        )
-        _check_gravity(tree.plant, carried, gravity)
-        body = model.AddRigidBody(link.name(), instance, _merged_inertia(tree, link, carried))
-        copy = _copy_joint(tree, joint, link, A, A_copy, body, model)
-        actuator = model.AddJointActuator(actuators[k].name(), copy, actuators[k].effort_limit())
-        actuator.set_default_rotor_inertia(actuators[k].default_rotor_inertia())
-        actuator.set_default_gear_ratio(actuators[k].default_gear_ratio())
-        A, A_copy = link.body_frame(), body.body_frame()
-    model.set_gravity_enabled(instance, gravity)
-    X_AE = tree.relative_pose(A, end_effector_frame)
-    # Not by its own name alone: E may be the frame of a link, whose name is taken.
-    name = f"{end_effector_frame.name()}_E"
-    return model.AddFrame(FixedOffsetFrame(name, A_copy, X_AE, instance))
-
-
-def _copy_joint(
-    tree: _Tree,
-    joint: Joint,
-    link: RigidBody,
-    A: Frame,
-    A_copy: Frame,
-    body: RigidBody,
-    model: MultibodyPlant,
-) -> Joint:
-    """Copies a revolute or prismatic joint between link A (inboard) and `link` (outboard)."""
-    F, M = joint.frame_on_parent(), joint.frame_on_child()
-    axis = joint.revolute_axis() if isinstance(joint, RevoluteJoint) else joint.translation_axis()
-    if joint.parent_body().index() == link.index():
-        # The joint was declared from the hand to the base: the same motion with the ends
-        # exchanged is about the opposite axis.
-        F, M, axis = M, F, -axis
-    name = joint.name()
-    F_copy = model.AddFrame(FixedOffsetFrame(f"{name}_F", A_copy, tree.relative_pose(A, F)))
-    M_copy = model.AddFrame(
-        FixedOffsetFrame(f"{name}_M", body.body_frame(), tree.relative_pose(link.body_frame(), M))
-    )
-    kind = RevoluteJoint if isinstance(joint, RevoluteJoint) else PrismaticJoint
-    copy = model.AddJoint(
-        kind(
-            name,
-            F_copy,
-            M_copy,
-            axis,
-            joint.position_lower_limit(),
-            joint.position_upper_limit(),
-            joint.default_damping(),
-        )
-    )
-    copy.set_default_positions(joint.default_positions())
-    return copy
-
-
-def _merged_inertia(tree: _Tree, link: RigidBody, carried: list[RigidBody]) -> SpatialInertia:
-    """Returns the spatial inertia of bodies welded together, about the link's origin, in L."""
-    total = SpatialInertia(0.0, np.zeros(3), UnitInertia(0.0, 0.0, 0.0), skip_validity_check=True)
-    for body in carried:
-        X_LB = tree.relative_pose(link.body_frame(), body.body_frame())
-        M_BBo_L = body.default_spatial_inertia().ReExpress(X_LB.rotation())
-        if body.default_mass() > 0:
-            total += M_BBo_L.Shift(-X_LB.translation())
-    return total
-
-
-def _check_gravity(plant: MultibodyPlant, carried: list[RigidBody], expected: bool) -> None:
-    for body in carried:
-        if plant.is_gravity_enabled(body.model_instance()) != expected and body.default_mass() > 0:
-            raise ModelError(
-                f"Gravity is {'off' if expected else 'on'} for '{body.scoped_name()}' but "
-                f"{'on' if expected else 'off'} for the arm that carries it; set both alike with "
-                f"plant.set_gravity_enabled()."
-            )
-
-
-def _state_order(
-    plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: list[tuple[Joint, RigidBody]]
-) -> Array:
+def _state_order(plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: Chain) -> Array:
     """Returns where the chain's [q; v] stand in the model instance's state."""
     nq, nv = plant.num_positions(model_instance), plant.num_velocities(model_instance)
     q_of = plant.GetPositionsFromArray(model_instance, np.arange(plant.num_positions()))
@@ -380,7 +204,7 @@ def _state_order(
 
 
 def _actuation_order(
-    plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: list[tuple[Joint, RigidBody]]
+    plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: Chain
 ) -> Array:
     """Returns, for each actuator of the model instance, the index of its joint in the chain."""
     position = {joint.index(): k for k, (joint, _) in enumerate(chain)}

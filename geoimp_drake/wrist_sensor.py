@@ -4,8 +4,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, RigidBody, WeldJoint
 from pydrake.systems.framework import DiagramBuilder
 
-from geoimp_drake.control_model import welded_bodies
 from geoimp_drake.errors import ModelError
+from geoimp_drake.kinematic_tree import welded_bodies
 from geoimp_drake.systems.force_torque_sensor import (
     ForceTorqueSensor,
     SensorMounting,

@@ -51,7 +51,7 @@ def test_tilt_turns_the_hand_about_an_axis_of_W() -> None:
     np.testing.assert_allclose(turn, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-12)
 
 
-def refused(start: StartConfig, *texts: str, kind=ConfigurationError) -> None:
+def check_refused(start: StartConfig, *texts: str, kind=ConfigurationError) -> None:
     model, _, _ = arm_model()
     with pytest.raises(kind) as error:
         start_posture(model, start)
@@ -60,7 +60,7 @@ def refused(start: StartConfig, *texts: str, kind=ConfigurationError) -> None:
 
 
 def test_a_posture_outside_the_joint_limits_is_refused_with_joint_and_limits() -> None:
-    refused(
+    check_refused(
         StartConfig(posture=[0.4, 0.3, 0.9, 3.2, -0.9, -4.0]),
         "joint4 at 3.2000, allowed -3.0000 to 3.0000",
         "joint6 at -4.0000",
@@ -68,12 +68,12 @@ def test_a_posture_outside_the_joint_limits_is_refused_with_joint_and_limits() -
 
 
 def test_a_pose_out_of_reach_is_refused_with_the_position() -> None:
-    refused(StartConfig(position=np.array([5.0, 0.0, 0.0])), "[5.0, 0.0, 0.0]", "start.guess")
+    check_refused(StartConfig(position=np.array([5.0, 0.0, 0.0])), "[5.0, 0.0, 0.0]", "start.guess")
 
 
 @pytest.mark.parametrize("posture", [[0.1] * 5, [0.1] * 7, [0.1, 0.2, np.nan, 0.4, 0.5, 0.6]])
 def test_a_posture_of_the_wrong_size_or_not_finite_is_refused(posture: list) -> None:
-    refused(StartConfig(posture=posture), "start.posture", "6 finite numbers")
+    check_refused(StartConfig(posture=posture), "start.posture", "6 finite numbers")
 
 
 def singular_posture(model: ControlModel) -> np.ndarray:
@@ -91,7 +91,7 @@ def singular_posture(model: ControlModel) -> np.ndarray:
 def test_a_singular_posture_is_refused_with_its_singular_value() -> None:
     posture = singular_posture(arm_model()[0])
     assert np.abs(posture).max() < 3.0
-    refused(StartConfig(posture=posture.tolist()), "singular value", kind=SingularityError)
+    check_refused(StartConfig(posture=posture.tolist()), "singular value", kind=SingularityError)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,94 @@
+"""A plant's joints as a tree that grows from the world: what carries what."""
+
+from collections.abc import Sequence
+
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    BodyIndex,
+    Frame,
+    Joint,
+    ModelInstanceIndex,
+    RigidBody,
+    WeldJoint,
+)
+
+__all__ = ["Chain", "KinematicTree", "welded_bodies"]
+
+# Joints from the base outwards, each with the body on its far side.
+Chain = list[tuple[Joint, RigidBody]]
+
+
+def welded_bodies(
+    plant: MultibodyPlant, joint: Joint, without: Sequence[ModelInstanceIndex] = ()
+) -> list[RigidBody]:
+    """Returns what a weld joint carries: the body on its far side and all that moves with it.
+
+    Joints further out (a gripper's fingers) count as locked. The first body is the far side: the
+    joint's parent if the joint was declared from the hand to the base.
+    """
+    tree = KinematicTree(plant, set(without))
+    return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
+
+
+class KinematicTree:
+    """The plant's joints as a tree that grows from the world."""
+
+    def __init__(self, plant: MultibodyPlant, without: set[ModelInstanceIndex]):
+        self.plant = plant
+        self.context = plant.CreateDefaultContext()
+        self._without = without
+        joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+        neighbours: dict[BodyIndex, Chain] = {}
+        for joint in joints:
+            parent, child = joint.parent_body(), joint.child_body()
+            neighbours.setdefault(parent.index(), []).append((joint, child))
+            neighbours.setdefault(child.index(), []).append((joint, parent))
+        self.inboard: dict[BodyIndex, tuple[Joint, RigidBody]] = {}
+        self.outboard: dict[BodyIndex, Chain] = {}
+        world = plant.world_body()
+        seen, front = {world.index()}, [world]
+        for body in front:
+            for joint, other in neighbours.get(body.index(), []):
+                if other.index() in seen:
+                    continue
+                seen.add(other.index())
+                front.append(other)
+                self.inboard[other.index()] = (joint, body)
+                self.outboard.setdefault(body.index(), []).append((joint, other))
+
+    def path_from_world(self, body: RigidBody) -> Chain:
+        """Returns the joints from the world to a body, each with the body on its far side."""
+        path = []
+        while body.index() in self.inboard:
+            joint, parent = self.inboard[body.index()]
+            path.append((joint, body))
+            body = parent
+        return path[::-1]
+
+    def far_side(self, joint: Joint) -> RigidBody:
+        """Returns the body of a joint that is further from the world."""
+        child = joint.child_body()
+        inboard = self.inboard.get(child.index())
+        reaches_child = inboard is not None and inboard[0].index() == joint.index()
+        return child if reaches_child else joint.parent_body()
+
+    def carried_by(
+        self, body: BodyIndex, *, through_joints: bool, stop: Joint | None = None
+    ) -> list[RigidBody]:
+        """Returns a body and all that moves with it when joints further out are locked.
+
+        `stop` is the joint of the chain at which the next link begins.
+        """
+        carried = [self.plant.get_body(body)]
+        for link in carried:
+            for joint, child in self.outboard.get(link.index(), []):
+                if joint is stop or child.model_instance() in self._without:
+                    continue
+                if through_joints or isinstance(joint, WeldJoint):
+                    carried.append(child)
+        return carried
+
+    def relative_pose(self, A: Frame, B: Frame) -> RigidTransform:
+        """Returns X_AB in the default posture."""
+        return B.CalcPose(self.context, A)
