@@ -18,6 +18,8 @@ __all__ = ["EXPERIMENTS", "Experiment", "get_experiment"]
 
 _FOLDER = Path(__file__).resolve().parent
 
+Point = tuple[float, float, float]
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -30,6 +32,7 @@ class Experiment:
         build: makes the set-up of a scenario, with a Meshcat or without.
         claims: judges a log.
         figures: draws a log; by file name without suffix.
+        view: from where a replay is seen, and where to, in W [m].
     """
 
     name: str
@@ -38,6 +41,7 @@ class Experiment:
     build: Callable[..., Any]
     claims: Callable[[dict[str, Array], Any], list[Claim]]
     figures: Callable[[dict[str, Array], Any], dict[str, Figure]]
+    view: tuple[Point, Point] = ((2.05, -1.55, 1.25), (0.5, 0.0, 0.75))
 
     def scenario(
         self, layers: tuple[dict[str, Any], ...] = (), overrides: tuple[str, ...] = ()
@@ -96,6 +100,7 @@ EXPERIMENTS = {
             build_single_arm,
             redundancy.claims,
             redundancy.figures,
+            view=((2.3, 1.1, 1.5), (0.0, 1.35, 0.75)),
         ),
     )
 }

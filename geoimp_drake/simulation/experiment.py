@@ -65,7 +65,7 @@ def run_experiment(
         ConfigurationError: the scenario or the folder cannot be used; nothing has been written.
     """
     _check_writable(out)
-    meshcat = start_meshcat(CAMERA, TARGET) if html or live else None
+    meshcat = start_meshcat(*experiment.view) if html or live else None
     setup = experiment.build(scenario, meshcat)
     if meshcat is not None and html:
         meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
@@ -96,11 +96,6 @@ def run_experiment(
         meshcat.PublishRecording()
         writer.write("replay.html", lambda path: write_replay(meshcat, path))
     return RunResult(log, claims, writer.files, outcome.failure)
-
-
-# From where a replay is seen, in W.
-CAMERA = (2.05, -1.55, 1.25)
-TARGET = (0.5, 0.0, 0.75)
 
 
 def _check_writable(out: Path) -> None:
