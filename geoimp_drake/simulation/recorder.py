@@ -42,12 +42,15 @@ class Recorder:
     def collect(self, context: Context) -> dict[str, Array]:
         """Returns what has been recorded, the first axis being time.
 
+        A system that fails ends a simulation between two sinks; samples that some of them lack are
+        left out.
+
         Args:
             context: of the whole diagram.
         """
         logs = {port: sink.FindLog(context) for port, sink in self._sinks.items()}
-        times = next(iter(logs.values())).sample_times()
-        log = {"t": times.copy()}
+        whole = min(record.num_samples() for record in logs.values())
+        log = {"t": next(iter(logs.values())).sample_times()[:whole].copy()}
         for key, (port, part) in self._keys.items():
-            log[key] = logs[port].data()[part].T.copy()
+            log[key] = logs[port].data()[part, :whole].T.copy()
         return {**log, **self._constants}
