@@ -169,6 +169,7 @@ class ImpedanceIntegrator(LeafSystem):
     def _stop(self, context: Context, state: State) -> EventStatus:
         """Forgets where C was. It starts with the first step: by then the joints have been read."""
         state.get_mutable_continuous_state().SetFromVector(np.zeros(_STATE_SIZE))
+        state.get_mutable_discrete_state().set_value([0.0])
         return EventStatus.Succeeded()
 
     def _check(self, context: Context) -> EventStatus:

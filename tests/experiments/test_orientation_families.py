@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from runs import assert_all_hold, claims_of, family, run
 
+from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.diagrams.experiments.consistency import largest_misalignment
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError, SingularityError
 from geoimp_drake.laws.coupled_stiffness import coupling_force
+from geoimp_drake.laws.families import FAMILIES
 from geoimp_drake.rotations import quaternion
 
 CONSISTENT = (
@@ -114,3 +116,11 @@ def test_a_coupling_that_makes_the_stiffness_indefinite_is_refused():
 def test_a_coupling_is_refused_where_the_family_cannot_carry_it():
     with pytest.raises(ConfigurationError, match="alternative-euler"):
         run("consistency", "impedance.axes=both", COUPLING, family("alternative-euler"))
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_every_experiment_can_be_run_with_every_family(experiment, name):
+    log, _, failure = run(experiment, family(name), "duration=0.02")
+    assert failure is None
+    assert log["t"][-1] == pytest.approx(0.02)
