@@ -32,6 +32,7 @@ from geoimp_drake.config import (
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
 from geoimp_drake.diagrams.cell import END_EFFECTOR, SEVEN, SIX, WRIST_SENSOR, add_cell
+from geoimp_drake.diagrams.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.diagrams.posture import StartConfig, start_posture
 from geoimp_drake.diagrams.surface import (
     DISK_RADIUS,
@@ -141,8 +142,13 @@ class SingleArmScenario:
             if part is not None:
                 part.validate()
         positive(self.disk_resolution_hint, "disk_resolution_hint", "m")
-        positive(self.plant.time_step, "plant.time_step", "s")
-        positive(self.simulator.max_step_size, "simulator.max_step_size", "s")
+        check_plant_config(self.plant)
+        check_simulator_config(self.simulator)
+        if self.log_period < self.plant.time_step:
+            raise ConfigurationError(
+                f"log_period is {self.log_period:g} s; it must not be shorter than "
+                f"plant.time_step, {self.plant.time_step:g} s."
+            )
 
 
 CELL_OF_ARM = {SIX: "single_arm", SEVEN: "track_arm"}

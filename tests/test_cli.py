@@ -131,8 +131,19 @@ BAD_SETTINGS = {
     "seed": "key.path=value",
     "seed=[": "not YAML",
     "arm=eight": "eight.*six",
-    "plant.time_step=0": "time_step",
-    "simulator.max_step_size=0": "max_step_size",
+    "log_period=1e-4": "log_period is 0.0001.*plant.time_step, 0.001",
+    "plant.time_step=0": "plant.time_step is 0",
+    "plant.contact_model=soft": "Unknown plant.contact_model 'soft'.*Valid: hydroelastic",
+    "plant.discrete_contact_approximation=exact": "exact.*Valid: lagged, sap",
+    "plant.contact_surface_representation=square": "square.*Valid: polygon",
+    "plant.penetration_allowance=-1": "plant.penetration_allowance is -1",
+    "plant.stiction_tolerance=0": "plant.stiction_tolerance is 0",
+    "plant.sap_near_rigid_threshold=-1": "plant.sap_near_rigid_threshold is -1",
+    "simulator.integration_scheme=euler": "euler.*Valid: .*runge_kutta2",
+    "simulator.max_step_size=0": "simulator.max_step_size is 0",
+    "simulator.accuracy=.nan": "simulator.accuracy is nan",
+    "simulator.target_realtime_rate=-1": "simulator.target_realtime_rate is -1",
+    "simulator.start_time=5": "simulator.start_time is 5",
 }
 
 
@@ -223,6 +234,16 @@ def test_every_other_experiment_runs_and_leaves_its_figures(name, out):
     assert run("run", name, "--duration", "0.02", "--out", str(out)) == 0
     assert list(out.glob("figure_5_*.png"))
     assert (out / "metrics.json").exists()
+
+
+@pytest.mark.parametrize("scheme", ["explicit_euler", "runge_kutta3"])
+def test_the_integrator_of_the_scenario_is_the_one_that_runs(scheme, out, tmp_path):
+    setting = f"simulator.integration_scheme={scheme}"
+    assert run(*SHORT, "--duration", "0.3", "--out", str(out)) == 0
+    assert run(*SHORT, "--duration", "0.3", "--out", str(tmp_path / "o"), "--set", setting) == 0
+    first, other = np.load(out / "log.npz"), np.load(tmp_path / "o" / "log.npz")
+    difference = np.abs(first["six/motion_C"][:, :7] - other["six/motion_C"][:, :7]).max()
+    assert 0.0 < difference < 1e-5
 
 
 def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, capsys):

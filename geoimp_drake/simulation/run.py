@@ -56,11 +56,11 @@ def simulate(
         The outcome; an error of a system or of Drake ends the simulation and is kept there.
     """
     simulator = Simulator(diagram)
-    ApplySimulatorConfig(config, simulator)
-    if real_time:
-        simulator.set_target_realtime_rate(1.0)
     outcome = Outcome(simulator.get_context())
     try:
+        ApplySimulatorConfig(config, simulator)
+        if real_time:
+            simulator.set_target_realtime_rate(1.0)
         simulator.Initialize()
         with tqdm(
             total=duration,
