@@ -246,6 +246,14 @@ def test_the_integrator_of_the_scenario_is_the_one_that_runs(scheme, out, tmp_pa
     assert 0.0 < difference < 1e-5
 
 
+def test_a_run_that_cannot_start_gets_one_clear_line_and_writes_nothing(out, capsys):
+    upright = ("--set", "start.attitude_deg=[0, 89.99, 0]", "--orientation", "classical-euler")
+    assert run("run", "singularity", *upright, "--duration", "0.05", "--out", str(out)) == 2
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"geoimp: .*classical-euler.*cos.*\n", error), error
+    assert not out.exists()
+
+
 def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, capsys):
     # Far below any sensible inertia, the integrator of C diverges.
     unstable = ("--set", "impedance.translation.mass=1e-4", "--set", "log_period=0.001")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.scenario import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.replay import start_meshcat, write_replay
@@ -63,6 +63,7 @@ def run_experiment(
 
     Raises:
         ConfigurationError: the scenario or the folder cannot be used; nothing has been written.
+        GeoimpError: the simulation cannot even start; nothing has been written.
     """
     _check_writable(out)
     meshcat = start_meshcat(*experiment.view) if html or live else None
@@ -78,6 +79,8 @@ def run_experiment(
         label=scenario.experiment,
         real_time=live,
     )
+    if outcome.failure is not None and outcome.time == 0.0:
+        raise _unusable(outcome.failure)
     log = setup.recorder.collect(outcome.context)
     claims = experiment.claims(log, scenario)
     out.mkdir(parents=True, exist_ok=True)
@@ -96,6 +99,13 @@ def run_experiment(
         meshcat.PublishRecording()
         writer.write("replay.html", lambda path: write_replay(meshcat, path))
     return RunResult(log, claims, writer.files, outcome.failure)
+
+
+def _unusable(failure: Exception) -> GeoimpError:
+    """Returns the error for a simulation that did not get beyond its start."""
+    if isinstance(failure, GeoimpError):
+        return failure
+    return ConfigurationError(f"The simulation cannot start: {' '.join(str(failure).split())}")
 
 
 def _check_writable(out: Path) -> None:

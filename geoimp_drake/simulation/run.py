@@ -75,5 +75,6 @@ def simulate(
                 bar.update(simulator.get_context().get_time() - bar.n)
     except (RuntimeError, ValueError) as error:
         outcome.failure = error
-        _log.error(f"Stopped at t = {outcome.time:.3f} s: {error}")
+        if outcome.time > 0.0:
+            _log.error(f"Stopped at t = {outcome.time:.3f} s: {error}")
     return outcome
