@@ -17,7 +17,7 @@ from geoimp_drake.validation import finite_vector
 
 __all__ = ["StartConfig", "start_posture"]
 
-# A tenth of the figure at which laws refuse to invert: a start must be well away from it.
+# A start must be well away from a singularity, not just short of one.
 _SMALLEST_SINGULAR_VALUE = 1e-2
 
 

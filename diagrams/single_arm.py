@@ -11,7 +11,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydrake.geometry import Meshcat, SceneGraph
+from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
@@ -161,11 +161,9 @@ class SingleArmSetup:
     scenario: SingleArmScenario  # with the start posture and the duration filled in
     diagram: Diagram
     plant: MultibodyPlant
-    scene_graph: SceneGraph
     controller: Diagram
     sensor: ForceTorqueSensor
     recorder: Recorder
-    phases: list[tuple[str, float, float]]  # name, begin, end [s]
 
     def add_plant(self, builder: DiagramBuilder) -> MultibodyPlant:
         """Adds the plant of this set-up alone to another builder, and returns it."""
@@ -227,16 +225,7 @@ def build_single_arm(scenario: SingleArmScenario, meshcat: Meshcat | None = None
             },
             wrench=sensor.GetOutputPort("wrench"),
         )
-    return SingleArmSetup(
-        scenario,
-        builder.Build(),
-        plant,
-        scene_graph,
-        controller,
-        sensor,
-        recorder,
-        phases_of(scenario.segments),
-    )
+    return SingleArmSetup(scenario, builder.Build(), plant, controller, sensor, recorder)
 
 
 def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> Frame:

@@ -48,7 +48,7 @@ def task_value(log: Log, scenario: SingleArmScenario) -> Array:
 
 
 def _claims_on_reconfiguration(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    arm, end = scenario.arm, _phase(scenario, "reconfigure")[1]
+    arm, end = scenario.arm, _end_of(scenario, "reconfigure")
     during = log["t"] <= end
     error = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_E"])[during, POSITION]
     position = float(np.linalg.norm(error, axis=1).max())
@@ -68,7 +68,7 @@ def _claims_on_reconfiguration(log: Log, scenario: SingleArmScenario) -> list[Cl
 
 def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims on the last second of contact."""
-    end = _phase(scenario, "contact")[1]
+    end = _end_of(scenario, "contact")
     figures = _contact_figures(log, scenario, end) if phase_reached(log, end) else {}
     value = figures.get
     claims = [
@@ -155,8 +155,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
     }
 
 
-def _phase(scenario: SingleArmScenario, name: str) -> tuple[float, float]:
-    """Returns begin and end of a phase [s]; of the whole motion if there is none of that name."""
-    phases = phases_of(scenario.segments)
-    found = [(begin, end) for label, begin, end in phases if label == name]
-    return found[0] if found else (0.0, sum(segment.duration for segment in scenario.segments))
+def _end_of(scenario: SingleArmScenario, name: str) -> float:
+    """Returns when a phase ends [s]; of the whole motion if there is none of that name."""
+    ends = [end for label, _, end in phases_of(scenario.segments) if label == name]
+    return ends[0] if ends else sum(segment.duration for segment in scenario.segments)

@@ -81,7 +81,7 @@ class DesiredMotion(LeafSystem):
         self._end_times = np.cumsum([segment.duration for segment in segments])
         self._axes = [_axis(segment.rotation) for segment in segments]
         self._starts = _orientations(self._start[QUATERNION], segments)
-        self._rests = [self._rest(k) for k in range(len(segments))]
+        self._rests = _rests(self._start, self._starts, segments)
         self.DeclareVectorOutputPort(
             "motion",
             frame_motion_vector(),
@@ -115,18 +115,6 @@ class DesiredMotion(LeafSystem):
         motion[LINEAR_ACCELERATION] = acceleration[:3]
         return motion
 
-    def _rest(self, k: int) -> Array | None:
-        """Returns the motion during segment k if that is a rest: nothing to compute any more."""
-        assert self._curve is not None  # there are segments
-        begin, end = np.concatenate(([0.0], self._end_times))[k : k + 2]
-        before, after = self._curve.value(begin)[:3, 0], self._curve.value(end)[:3, 0]
-        if self._axes[k].any() or np.abs(after - before).any():
-            return None
-        rest = self._start.copy()
-        rest[QUATERNION] = self._starts[k]
-        rest[POSITION] = after
-        return rest
-
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.evaluate(context.get_time()))
 
@@ -159,3 +147,18 @@ def _orientations(Q_WD: Array, segments: Sequence[MotionSegment]) -> list[Array]
     for segment in segments:
         starts.append(quaternion.product(quaternion.exp(np.asarray(segment.rotation)), starts[-1]))
     return starts
+
+
+def _rests(
+    start: Array, orientations: Sequence[Array], segments: Sequence[MotionSegment]
+) -> list[Array | None]:
+    """Returns the motion during each segment that is a rest: nothing to compute there any more."""
+    rests: list[Array | None] = []
+    position = start[POSITION]
+    for Q_WD, segment in zip(orientations, segments, strict=False):  # the last is the end's
+        position = position + segment.displacement
+        rest = start.copy()
+        rest[QUATERNION], rest[POSITION] = Q_WD, position
+        moves = np.any(segment.displacement) or np.any(segment.rotation)
+        rests.append(None if moves else rest)
+    return rests
