@@ -61,7 +61,7 @@ class ImpedanceConfig:
     translation: TranslationGains = field(default_factory=TranslationGains)
     rotation: RotationGains = field(default_factory=RotationGains)
     orientation: str = "quaternion"  # family
-    axes: str = "both"  # or translation, rotation: the other part of C then equals D
+    axes: str = "both"  # or translation, rotation, none: what is left out of C equals D
     coupling: Array | None = None  # K_c (3×3) between rotation and translation, in D [N]
 
     def validate(self) -> None:

@@ -101,6 +101,11 @@ def check_keys(schema: Any, data: Any, path: str) -> None:
             raise ConfigurationError(f"{path} must be a list, not {data!r}.")
         for index, value in enumerate(data):
             check_keys(typing.get_args(schema)[0], value, f"{path}.{index}")
+    elif typing.get_origin(schema) is dict:
+        if not isinstance(data, dict):
+            raise ConfigurationError(f"{path} must be a mapping, not {data!r}.")
+        for key, value in data.items():
+            check_keys(typing.get_args(schema)[1], value, f"{path}.{key}")
     elif data is not None:
         _check_leaf(schema, data, path)
 
@@ -176,6 +181,8 @@ def _step(schema: Any, target: Any, key: str, path: str) -> tuple[Any, Any]:
         if not key.isdigit() or int(key) >= len(target):
             raise ConfigurationError(f"{path} has {len(target)} entries; '{key}' is none of them.")
         return (typing.get_args(schema) or (Any,))[0], int(key)
+    if typing.get_origin(schema) is dict:
+        return typing.get_args(schema)[1], key
     if fields is None:
         raise ConfigurationError(f"'{path}' has no parts, so '{path}.{key}' does not exist.")
     if key not in fields:

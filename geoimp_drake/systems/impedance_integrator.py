@@ -38,7 +38,7 @@ from geoimp_drake.validation import choice, finite_array, spd_matrix
 
 __all__ = ["AXES", "ImpedanceEnergy", "ImpedanceIntegrator"]
 
-AXES = ("both", "translation", "rotation")
+AXES = ("both", "translation", "rotation", "none")
 
 ImpedanceEnergy = namedview(
     "ImpedanceEnergy",
@@ -91,7 +91,7 @@ class ImpedanceIntegrator(LeafSystem):
         M_p, D_p, K_p: symmetric positive definite (3×3), in W [kg, Ns/m, N/m].
         rotation: the orientation family with its gains.
         axes: `both`, or `translation` / `rotation` for an impedance on one part only; the other
-            part of C then equals D.
+            part of C then equals D. With `none` C is D: plain motion control, to compare with.
         K_c: coupling (3×3), in D [N]; for the quaternion family on both parts only.
 
     Raises:
@@ -126,8 +126,8 @@ class ImpedanceIntegrator(LeafSystem):
         self._K_p = spd_matrix(K_p, "K_p")
         self._rotation = rotation
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
-        self._translates = axes != "rotation"
-        self._rotates = axes != "translation"
+        self._translates = axes in ("both", "translation")
+        self._rotates = axes in ("both", "rotation")
         self._desired = self.DeclareVectorInputPort("desired_motion", frame_motion_vector())
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
         self._measured = self.DeclareVectorInputPort("measured_motion", frame_motion_vector())

@@ -217,6 +217,13 @@ def test_part_without_impedance_is_D_and_the_other_part_as_with_both(axes, free,
         assert np.abs(C[entries] - D[entries]).max() > 1e-3
 
 
+def test_with_impedance_on_nothing_C_is_D_whatever_the_wrench() -> None:
+    moving = DesiredMotion(X_WD, MOVES)
+    part = make_impedance(axes="none")
+    C = read(part, run(part, moving, constant(WRENCH), 0.5), "compliant_motion")
+    np.testing.assert_array_equal(C, moving.evaluate(0.5))
+
+
 def test_displacement_is_zero_without_impedance() -> None:
     part = make_impedance(axes="rotation")
     simulator = run(part, at_rest(X_WD), constant(WRENCH), 0.5)

@@ -1,0 +1,108 @@
+"""An arm of the cell under six-DOF impedance control, connected and logged.
+
+```
+ desired_motion ──▶ controller ──actuation──▶ plant: arm ═ sensor ═ what the hand holds
+                     ▲      ▲                  │ │
+                     │      └── state ─────────┘ │
+                     └── wrench ── wrist sensor ◀┘ reaction forces
+```
+"""
+
+from dataclasses import dataclass
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from geoimp_drake.controllers import make_impedance_controller
+from geoimp_drake.diagrams.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.cell import WRIST_SENSOR
+from geoimp_drake.diagrams.run_settings import RunSettings
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.wrist_sensor import add_wrist_sensor
+
+__all__ = ["CompliantArm", "add_compliant_arm", "add_sensor_of"]
+
+
+@dataclass
+class CompliantArm:
+    """What `add_compliant_arm` put into a diagram."""
+
+    name: str  # of the arm, in plant and log
+    end_effector: Frame
+    desired_motion: OutputPort
+    controller: Diagram
+    sensor: ForceTorqueSensor
+
+    def record(
+        self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant
+    ) -> OutputPort:
+        """Logs what the log contract names; returns the port with the true motion of E."""
+        motion_E = true_motion(builder, plant, self.end_effector, "motion_of_E")
+        ports = {
+            "u": self.controller.GetOutputPort("actuation"),
+            "motion_E": motion_E,
+            "motion_D": self.desired_motion,
+            "motion_C": self.controller.GetOutputPort("compliant_motion"),
+            "wrench": self.sensor.GetOutputPort("wrench"),
+            "wrench_true": self.sensor.GetOutputPort("wrench_true"),
+        }
+        record_arm(recorder, plant, self.name, ports)
+        return motion_E
+
+    def frames(self, motion_E: OutputPort) -> dict[str, OutputPort]:
+        """Returns the motions of D, C and E, to be drawn."""
+        return {
+            "D": self.desired_motion,
+            "C": self.controller.GetOutputPort("compliant_motion"),
+            "E": motion_E,
+        }
+
+
+def add_compliant_arm(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    arm: str,
+    E: Frame,
+    desired_motion: OutputPort,
+    settings: RunSettings,
+) -> CompliantArm:
+    """Adds impedance controller and wrist sensor of one arm, connected to the plant.
+
+    Args:
+        builder: holds `plant` already.
+        plant: finalized; contains the arm and its sensor.
+        arm: name of its model instance.
+        E: the frame that is made compliant.
+        desired_motion: of D in W (19).
+        settings: gains, sampling, sensor and seed.
+    """
+    instance = plant.GetModelInstanceByName(arm)
+    controller = builder.AddSystem(
+        make_impedance_controller(plant, instance, E, settings.controller())
+    )
+    settings.sensor.seed = settings.seed
+    sensor = add_sensor_of(builder, plant, arm, E, settings)
+
+    # Desired motion, joint state and wrench go in, torques come out.
+    builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
+    builder.Connect(
+        plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
+    )
+    builder.Connect(sensor.GetOutputPort("wrench"), controller.GetInputPort("wrench"))
+    builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port(instance))
+    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
+    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
+    builder.Connect(
+        controller.GetOutputPort("compliant_motion"), sensor.GetInputPort("reference_motion")
+    )
+    return CompliantArm(arm, E, desired_motion, controller, sensor)
+
+
+def add_sensor_of(
+    builder: DiagramBuilder, plant: MultibodyPlant, arm: str, E: Frame, settings: RunSettings
+) -> ForceTorqueSensor:
+    """Adds the wrist sensor of one of the cell's arms, connected to the plant."""
+    joint = plant.GetJointByName(WRIST_SENSOR, plant.GetModelInstanceByName(f"{arm}_sensor"))
+    return add_wrist_sensor(builder, plant, joint, E, settings.sensor)
