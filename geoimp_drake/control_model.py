@@ -7,6 +7,7 @@ plant contains.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,17 @@ class ControlModel:
     def num_joints(self) -> int:
         """Number n of joints."""
         return len(self.joint_names)
+
+    @cached_property
+    def world(self) -> Frame:
+        """The frame W of `plant`."""
+        return self.plant.world_frame()
+
+    def in_plant_order(self, q: Array) -> Array:
+        """Returns joint positions (n) in the order of the model instance's."""
+        positions = np.empty_like(q)
+        positions[self.state_order[: self.num_joints]] = q
+        return positions
 
     @staticmethod
     def of_arm(

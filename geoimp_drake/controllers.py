@@ -52,6 +52,7 @@ def make_impedance_controller(
         input estimated_state: [q; v] of the model instance, in the plant's order (2n)
         input desired_motion: of D in W, see `frame_motion` (19)
         input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
         output compliant_motion: of C in W (19)
         output measured_motion: of E in W as the joint readings tell; accelerations are zero (19)
@@ -98,6 +99,7 @@ def make_impedance_controller(
     wrench = builder.ExportInput(impedance.GetInputPort("wrench"), "wrench")
     # The same wrench is compensated in (2.3).
     builder.ConnectInput(wrench, torque.GetInputPort("wrench"))
+    builder.ExportInput(impedance.GetInputPort("stiffness_scale"), "stiffness_scale")
     builder.ExportOutput(torque.GetOutputPort("actuation"), "actuation")
     builder.ExportOutput(impedance.GetOutputPort("compliant_motion"), "compliant_motion")
     builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")

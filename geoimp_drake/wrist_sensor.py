@@ -1,7 +1,9 @@
 """A wrist force sensor in one line: from a weld joint of anybody's plant to the wrench signal."""
 
+from collections.abc import Sequence
+
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, RigidBody, WeldJoint
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, WeldJoint
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.errors import ModelError
@@ -24,6 +26,7 @@ def add_wrist_sensor(
     end_effector_frame: Frame,
     config: WristSensorConfig | None = None,
     tool: ToolLoad | None = None,
+    initial_wrench: Array | None = None,
 ) -> ForceTorqueSensor:
     """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
 
@@ -37,6 +40,7 @@ def add_wrist_sensor(
         end_effector_frame: E, fixed beyond the joint.
         config: sampling, errors and range; the default is an ideal sensor read every 1 ms.
         tool: the load to remove; by default that of every body beyond the joint, from the plant.
+        initial_wrench: h until the first sample, one period after the start (6); zero unless given.
 
     Returns:
         The sensor, named after the joint.
@@ -67,7 +71,8 @@ def add_wrist_sensor(
         )
     context = plant.CreateDefaultContext()
     mounting = SensorMounting(
-        joint=joint.index(),
+        # The plant orders its reaction forces so, whatever joints have been removed from it.
+        joint=plant.GetJointIndices().index(joint.index()),
         tool_body=T.index(),
         X_TS=joint.frame_on_child().CalcPose(context, T.body_frame()),
         X_TE=end_effector_frame.CalcPose(context, T.body_frame()),
@@ -77,7 +82,10 @@ def add_wrist_sensor(
     sensor = builder.AddNamedSystem(
         f"{joint.name()}_sensor",
         ForceTorqueSensor(
-            mounting, tool or tool_load_beyond(plant, joint), config or WristSensorConfig()
+            mounting,
+            tool or tool_load_beyond(plant, joint),
+            config or WristSensorConfig(),
+            initial_wrench,
         ),
     )
     for port in (
@@ -90,11 +98,20 @@ def add_wrist_sensor(
     return sensor
 
 
-def tool_load_beyond(plant: MultibodyPlant, joint: Joint) -> ToolLoad:
-    """Returns mass, centre of mass and inertia of all that a weld joint carries, in its frame S."""
+def tool_load_beyond(
+    plant: MultibodyPlant, joint: Joint, without: Sequence[ModelInstanceIndex] = ()
+) -> ToolLoad:
+    """Returns mass, centre of mass and inertia of all that a weld joint carries, in its frame S.
+
+    Args:
+        plant: finalized.
+        joint: the weld.
+        without: model instances that hang there but are to stay in the measured wrench, such as an
+            object that the hand carries.
+    """
     context = plant.CreateDefaultContext()
     S = joint.frame_on_child()
-    bodies = [body.index() for body in welded_bodies(plant, joint)]
+    bodies = [body.index() for body in welded_bodies(plant, joint, without)]
     M_SSo_S = plant.CalcSpatialInertia(context, S, bodies)
     if M_SSo_S.get_mass() == 0:
         return ToolLoad()

@@ -1,5 +1,6 @@
 """`geoimp bench`: what it reports. How fast anything is, no test judges."""
 
+import dataclasses
 import json
 
 import pytest
@@ -7,7 +8,13 @@ import pytest
 from geoimp_drake import cli
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.simulation import bench
-from geoimp_drake.simulation.bench import Timing, format_timings, time_experiment
+from geoimp_drake.simulation.bench import (
+    BenchCase,
+    Timing,
+    compare_bench,
+    format_timings,
+    time_experiment,
+)
 
 TIMING = Timing("single_free", loop=500.0, logged=800.0, bare=50.0, step=1e-3)
 
@@ -28,6 +35,40 @@ def test_an_experiment_is_timed_from_a_given_time_on(monkeypatch):
     timing = time_experiment(get_experiment("plexiglas"), "start", 0.02)
     assert timing.step == 1e-3
     assert min(timing.loop, timing.logged) > timing.bare > 0.0
+    assert timing.loop > timing.drake > 0.0
+
+
+def test_drakes_own_controller_stands_beside_the_bare_plant():
+    timing = dataclasses.replace(TIMING, drake=75.0)
+    header, row = format_timings([timing]).splitlines()
+    assert header.index("bare plant") < header.index("Drake ID") < header.index("closed loop")
+    assert row.split()[1:5] == ["50", "µs", "75", "µs"]
+
+
+def test_what_got_slower_is_named_and_noise_is_not():
+    old = {"ratios": {"single_free": 5.0, "redundant_free": 7.0, "gone": 1.0}}
+    new = {"ratios": {"single_free": 5.4, "redundant_free": 8.0}}
+    table = compare_bench(old, new)
+    assert table.splitlines()[-1] == "slower: redundant_free"
+    assert "gone" not in table
+    assert compare_bench(new, old).splitlines()[-1] == "slower: nothing"
+
+
+def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatch, tmp_path):
+    monkeypatch.setattr(
+        bench,
+        "time_experiment",
+        lambda experiment, name, start: dataclasses.replace(TIMING, name=name, loop=10.0 * start),
+    )
+    redundancy = get_experiment("redundancy")
+    file = tmp_path / "bench.json"
+    bench.run_bench(
+        file, get_experiment("plexiglas"), [BenchCase("redundant_free", redundancy, 35.0, True)]
+    )
+    data = json.loads(file.read_text())
+    assert data["ratios"] == {"single_free": 0.2, "single_contact": 1.2, "redundant_free": 7.0}
+    assert set(data["real_time_factor"]) == {"plexiglas", "redundancy"}
+    assert data["microseconds_per_step"]["single_free"]["drake"] is None
 
 
 def test_the_command_writes_its_figures_as_json(monkeypatch, tmp_path, capsys):

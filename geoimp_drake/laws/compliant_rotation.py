@@ -1,21 +1,25 @@
 """The rotation of C from its motion relative to D: shared by three of the four families."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations.so3 import cross
 from geoimp_drake.typing import Array
 
 __all__ = ["angular_acceleration", "angular_velocity", "relative_angular_velocity"]
 
 
+@compilable
 def relative_angular_velocity(R_WC: Array, w_WD: Array, w_WC: Array) -> Array:
     """(3.12) Δᶜω_dc = R_cᵀ(ω_d − ω_c) (3,), in C [rad/s], from both in W."""
     return R_WC.T @ (w_WD - w_WC)
 
 
+@compilable
 def angular_velocity(w_WD: Array, R_WC: Array, w_CD_C: Array) -> Array:
     """(3.22) ω_c = ω_d − R_c Δᶜω_dc (3,), in W [rad/s]."""
     return w_WD - R_WC @ w_CD_C
 
 
+@compilable
 def angular_acceleration(
     dw_WD: Array, R_WC: Array, w_WC: Array, w_CD_C: Array, dw_CD_C: Array
 ) -> Array:

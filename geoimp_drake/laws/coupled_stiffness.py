@@ -6,6 +6,7 @@ in C and in D. With Δp in C the moment would need an extra Δp × f. `Q_CD` is 
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws import quaternion_impedance, translational_impedance
 from geoimp_drake.rotations.quaternion import E, relative, to_rotation
@@ -24,16 +25,19 @@ __all__ = [
 ]
 
 
+@compilable
 def coupling_energy(Q_CD: Array, dp_D: Array, K_c: Array) -> float:
     """(3.31 coupled) 2η εᵀK_cΔp [J], the coupling's part of the potential; K_c (3, 3) in [N]."""
     return 2.0 * Q_CD[0] * (Q_CD[1:] @ (K_c @ dp_D))
 
 
+@compilable
 def coupling_force(Q_CD: Array, K_c: Array) -> Array:
     """(3.31 coupled) 2η K_cᵀε (3,), in D [N], the coupling's part of the force."""
     return (2.0 * Q_CD[0]) * (K_c.T @ Q_CD[1:])
 
 
+@compilable
 def coupling_moment(Q_CD: Array, dp_D: Array, K_c: Array) -> Array:
     """(3.31 coupled) (ηEᵀ − εεᵀ)K_cΔp (3,), in C [Nm], the coupling's part of the moment."""
     force = K_c @ dp_D
@@ -41,6 +45,7 @@ def coupling_moment(Q_CD: Array, dp_D: Array, K_c: Array) -> Array:
     return Q_CD[0] * (E(Q_CD).T @ force) - epsilon * (epsilon @ force)
 
 
+@compilable
 def without_coupling(
     Q_WD: Array, Q_WC: Array, dp_W: Array, mu_W: Array, f_W: Array, K_p: Array, K_c: Array
 ) -> tuple[Array, Array, Array]:
@@ -71,11 +76,13 @@ def potential_energy(Q_CD: Array, dp_D: Array, K_p: Array, K_o: Array, K_c: Arra
     return translation + rotation + coupling_energy(Q_CD, dp_D, K_c)
 
 
+@compilable
 def elastic_force(Q_CD: Array, dp_D: Array, K_p: Array, K_c: Array) -> Array:
     """(3.31 coupled) K_pΔp + 2η K_cᵀε (3,), in D [N]: the potential's gradient in Δp."""
     return K_p @ dp_D + coupling_force(Q_CD, K_c)
 
 
+@compilable
 def elastic_moment(Q_CD: Array, dp_D: Array, K_o: Array, K_c: Array) -> Array:
     """(3.31 coupled) 2EᵀK_oε + (ηEᵀ − εεᵀ)K_cΔp (3,), in C [Nm]: its gradient in rotation."""
     return quaternion_impedance.elastic_moment(Q_CD, K_o) + coupling_moment(Q_CD, dp_D, K_c)

@@ -4,11 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.pseudo_inverse import null_space_projector, weighted_pseudo_inverse
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import non_negative, positive
 
-__all__ = ["SingularityDamping", "damped_pseudo_inverse", "smallest_singular_value"]
+__all__ = [
+    "SingularityDamping",
+    "damped_pseudo_inverse",
+    "pseudo_inverse_with",
+    "smallest_singular_value",
+]
 
 
 @dataclass
@@ -28,9 +34,10 @@ class SingularityDamping:
             positive(self.factor, f"{name}.factor")
 
 
+@compilable
 def smallest_singular_value(J: Array) -> float:
     """Returns the smallest singular value of J (6, n), the distance from a singularity."""
-    return float(np.linalg.svd(J, compute_uv=False)[-1])
+    return float(np.linalg.norm(J, -2))
 
 
 def damped_pseudo_inverse(
@@ -49,11 +56,19 @@ def damped_pseudo_inverse(
         sigma: smallest singular value of J.
         damping: threshold σ₀ and factor λ₀.
     """
-    if sigma >= damping.threshold:
+    return pseudo_inverse_with(J, W_inverse, sigma, damping.threshold, damping.factor)
+
+
+@compilable
+def pseudo_inverse_with(
+    J: Array, W_inverse: Array, sigma: float, threshold: float, factor: float
+) -> tuple[Array, Array]:
+    """Returns what `damped_pseudo_inverse` does, with σ₀ and λ₀ as numbers."""
+    if sigma >= threshold:
         J_pinv = weighted_pseudo_inverse(J, W_inverse)
         return J_pinv, null_space_projector(J, J_pinv)
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
     V_pinv = weighted_pseudo_inverse(Vt, W_inverse)
-    weakness = np.maximum(0.0, 1.0 - (s / damping.threshold) ** 2)
-    inverse = s / (s**2 + damping.factor**2 * weakness)
+    weakness = np.maximum(0.0, 1.0 - (s / threshold) ** 2)
+    inverse = s / (s**2 + factor**2 * weakness)
     return (V_pinv * inverse) @ U.T, null_space_projector(Vt, V_pinv)

@@ -1,5 +1,6 @@
 """Orientation control on the difference of the Euler angles of D and E."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations import euler
 from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.typing import Array
@@ -7,6 +8,7 @@ from geoimp_drake.typing import Array
 __all__ = ["orientation_acceleration"]
 
 
+@compilable
 def orientation_acceleration(
     Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WE: Array, w_WE: Array, K_D: Array, K_P: Array
 ) -> Array:

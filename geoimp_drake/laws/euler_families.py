@@ -26,25 +26,7 @@ class ClassicalEulerImpedance(_EulerImpedance):
     """(3.3) M_o Δφ̈_dc + D_o Δφ̇_dc + K_o Δφ_dc = Tᵀ(φ_c) μ: singular at pitch ±π/2 of C or D."""
 
     name = "classical-euler"
-
-    def angular_acceleration(
-        self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
-    ) -> Array:
-        """(3.3) ω̇_c = Tφ̈_c + Ṫφ̇_c (3,), in W [rad/s²]."""
-        phi_d, phi_c = _angles(Q_WD), _angles(Q_WC)
-        phi_dot_d, ddphi_d = euler.rates(phi_d, w_WD, dw_WD)
-        phi_dot_c = euler.T_inverse(phi_c) @ w_WC
-        T_c = euler.T(phi_c)
-        ddphi = euler_impedance.displacement_acceleration(
-            euler.wrapped(phi_d - phi_c),
-            phi_dot_d - phi_dot_c,
-            T_c,
-            mu_W,
-            self.M_inv,
-            self.D_o,
-            self.K_o,
-        )
-        return euler_impedance.angular_acceleration(T_c, phi_c, phi_dot_c, ddphi_d - ddphi)
+    law = staticmethod(euler_impedance.compliant_angular_acceleration)
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.3) Δφ_dc = φ_d − φ_c (3,), each angle in (−π, π] [rad]."""
@@ -77,19 +59,7 @@ class AlternativeEulerImpedance(_EulerImpedance):
     """(3.6) M_o φ̈_dc + D_o φ̇_dc + K_o φ_dc = Tᵀ(φ_dc) ᶜμ: singular at relative pitch ±π/2."""
 
     name = "alternative-euler"
-
-    def angular_acceleration(
-        self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
-    ) -> Array:
-        """(3.6) ω̇_c = ω̇_d − R_c(Tφ̈ + Ṫφ̇ + S(ᶜω_c)Tφ̇) (3,), φ for φ_dc, in W [rad/s²]."""
-        R_WC, phi = to_rotation(Q_WC), _angles(relative(Q_WC, Q_WD))
-        w_CD_C = compliant_rotation.relative_angular_velocity(R_WC, w_WD, w_WC)
-        phi_dot, T = euler.T_inverse(phi) @ w_CD_C, euler.T(phi)
-        ddphi = alternative_euler_impedance.displacement_acceleration(
-            phi, phi_dot, T, R_WC.T @ mu_W, self.M_inv, self.D_o, self.K_o
-        )
-        dw_CD_C = alternative_euler_impedance.relative_angular_acceleration(T, phi, phi_dot, ddphi)
-        return compliant_rotation.angular_acceleration(dw_WD, R_WC, w_WC, w_CD_C, dw_CD_C)
+    law = staticmethod(alternative_euler_impedance.angular_acceleration)
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.6) φ_dc (3,), the angles of ᶜR_d [rad]."""

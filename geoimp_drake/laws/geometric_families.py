@@ -22,18 +22,6 @@ class _GeometricImpedance(OrientationImpedance):
     @abstractmethod
     def _elastic_moment_C(self, Q_CD: Array) -> Array: ...
 
-    @abstractmethod
-    def _relative_acceleration(self, Q_CD: Array, w_CD_C: Array, mu_C: Array) -> Array: ...
-
-    def angular_acceleration(
-        self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
-    ) -> Array:
-        """(3.22) ω̇_c = ω̇_d − R_c(Δᶜω̇_dc + S(ᶜω_c)Δᶜω_dc) (3,), in W [rad/s²]."""
-        R_WC = to_rotation(Q_WC)
-        w_CD_C = compliant_rotation.relative_angular_velocity(R_WC, w_WD, w_WC)
-        dw_CD_C = self._relative_acceleration(relative(Q_WC, Q_WD), w_CD_C, R_WC.T @ mu_W)
-        return compliant_rotation.angular_acceleration(dw_WD, R_WC, w_WC, w_CD_C, dw_CD_C)
-
     def dual_velocity(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> Array:
         """(3.17) Δᶜω_dc (3,), in C [rad/s]."""
         return compliant_rotation.relative_angular_velocity(to_rotation(Q_WC), w_WD, w_WC)
@@ -55,14 +43,10 @@ class QuaternionImpedance(_GeometricImpedance):
     """(3.30) M_o Δᶜω̇_dc + D_o Δᶜω_dc + K′_o ᶜε_dc = ᶜμ: defined at every attitude."""
 
     name = "quaternion"
+    law = staticmethod(quaternion_impedance.angular_acceleration)
 
     def _elastic_moment_C(self, Q_CD: Array) -> Array:
         return quaternion_impedance.elastic_moment(Q_CD, self.K_o)
-
-    def _relative_acceleration(self, Q_CD: Array, w_CD_C: Array, mu_C: Array) -> Array:
-        return quaternion_impedance.relative_angular_acceleration(
-            Q_CD, w_CD_C, mu_C, self.M_inv, self.D_o, self.K_o
-        )
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.30) ᶜε_dc (3,)."""
@@ -84,18 +68,13 @@ class AngleAxisImpedance(_GeometricImpedance):
     def __init__(self, row: Representation, M_o: Array, D_o: Array, K_o: Array) -> None:
         super().__init__(M_o, D_o, K_o)
         self.name = f"angle-axis-{row.name}"
+        self.law = angle_axis_impedance.angular_acceleration(row)
         self.row = row
         self.psi = angle_axis_impedance.psi(row.f_prime_at_zero)
 
     def _elastic_moment_C(self, Q_CD: Array) -> Array:
         o, Omega = angle_axis.displacement(self.row, Q_CD), angle_axis.omega(self.row, Q_CD)
         return angle_axis_impedance.elastic_moment(o, Omega, self.K_o, self.psi)
-
-    def _relative_acceleration(self, Q_CD: Array, w_CD_C: Array, mu_C: Array) -> Array:
-        elastic_C = self._elastic_moment_C(Q_CD)
-        return angle_axis_impedance.relative_angular_acceleration(
-            elastic_C, w_CD_C, mu_C, self.M_inv, self.D_o
-        )
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.11) ᶜo_dc = f(ϑ_dc) ᶜr_dc (3,)."""

@@ -11,11 +11,13 @@ joints beyond it are zero.
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["jacobian_adjoint", "jacobian_rate"]
 
 
+@compilable
 def jacobian_rate(J: Array, v: Array) -> Array:
     """Returns J̇ (6, n), the derivative of the geometric Jacobian along the joint velocity; exact.
 
@@ -23,7 +25,8 @@ def jacobian_rate(J: Array, v: Array) -> Array:
         J: geometric Jacobian (6, n) of a frame of the arm, rows [angular; linear], in W.
         v: joint velocity q̇ (n,).
     """
-    through = (J * v).cumsum(axis=1)
+    # The sum over the joints up to each: the velocity of its link.
+    through = (J * v) @ np.triu(np.ones((len(v), len(v))))
     w, beyond = through[:3], through[3:, -1:] - through[3:]
     return np.concatenate((_cross(w, J[:3]), _cross(w, J[3:]) + _cross(J[:3], beyond)))
 
@@ -48,9 +51,10 @@ def jacobian_adjoint(J: Array, G: Array) -> Array:
     return np.concatenate((outward, inward))
 
 
+@compilable
 def _cross(a: Array, b: Array) -> Array:
     """Returns the cross products of the columns of two arrays (3, n)."""
-    return _LEVI_CIVITA @ (a[:, None] * b).reshape(9, -1)
+    return _LEVI_CIVITA @ (np.expand_dims(a, 1) * b).reshape(9, -1)
 
 
 # ε_ijk with j and k in one index: a third of the time of six products of rows.

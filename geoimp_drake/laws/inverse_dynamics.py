@@ -1,10 +1,15 @@
 """Inverse dynamics, the inner loop of every controller."""
 
+import numpy as np
+
+from geoimp_drake.compiled import compilable
+from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.typing import Array
 
-__all__ = ["inverse_dynamics"]
+__all__ = ["actuation", "inverse_dynamics", "peak_effort"]
 
 
+@compilable
 def inverse_dynamics(
     B: Array, alpha: Array, Cv: Array, Fv: Array, g: Array, J: Array, h: Array
 ) -> Array:
@@ -24,3 +29,33 @@ def inverse_dynamics(
         The actuation τ (n,) [Nm, N].
     """
     return B @ alpha + Cv + Fv + g + J.T @ h
+
+
+@compilable
+def actuation(
+    B: Array,
+    alpha: Array,
+    Cv: Array,
+    Fv: Array,
+    g: Array,
+    J: Array,
+    h: Array,
+    order: Array,
+    u: Array,
+) -> bool:
+    """Writes τ of `inverse_dynamics` into u (n,) in the order of the actuators.
+
+    Says whether it could: α and h must be finite. `order` has the joint of each actuator (n,).
+    Floats only.
+    """
+    if not is_finite(alpha) or not is_finite(h):
+        return False
+    u[:] = inverse_dynamics(B, alpha, Cv, Fv, g, J, h)[order]
+    return True
+
+
+@compilable
+def peak_effort(u: Array, limits: Array, before: Array, peak: Array) -> bool:
+    """Writes the largest |u|/limit so far (n,); says whether one has passed its limit just now."""
+    peak[:] = np.maximum(before, np.abs(u) / limits)
+    return bool(((before <= 1.0) & (peak > 1.0)).any())

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["coriolis_product", "null_space_acceleration"]
 
 
+@compilable
 def null_space_acceleration(
     N: Array, dbeta: Array, dJ_pinv: Array, J_u: Array, B_inverse: Array, K_n_e: Array, C_e: Array
 ) -> Array:

@@ -1,10 +1,12 @@
 """The error of the internal motion."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["null_space_velocity_error"]
 
 
+@compilable
 def null_space_velocity_error(N: Array, beta: Array, v: Array) -> Array:
     """Returns (3.37) e_n = (I − J†J)(β − q̇) (n,) [rad/s, m/s].
 

@@ -6,7 +6,6 @@ defined is decided by `families.make_family(name, …).check_domain(Q_WD, Q_WE)`
 """
 
 from collections.abc import Callable
-from functools import partial
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws import (
@@ -25,7 +24,7 @@ ORIENTATION_LAWS: dict[str, Callable[..., Array]] = {
     "classical-euler": euler_control.orientation_acceleration,
     "alternative-euler": alternative_euler_control.orientation_acceleration,
     **{
-        f"angle-axis-{row.name}": partial(angle_axis_control.orientation_acceleration, row)
+        f"angle-axis-{row.name}": angle_axis_control.orientation_acceleration(row)
         for row in REPRESENTATIONS.values()
     },
 }

@@ -1,13 +1,14 @@
 """What every family of rotational impedances can do, whatever represents the displacement."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 
 from geoimp_drake.laws import angle_axis_impedance
 from geoimp_drake.typing import Array
 
-__all__ = ["OrientationImpedance"]
+__all__ = ["OrientationImpedance", "overrides"]
 
 
 class OrientationImpedance(ABC):
@@ -23,6 +24,8 @@ class OrientationImpedance(ABC):
 
     Attributes:
         name: the family's name in scenarios.
+        law: what `angular_acceleration` computes, as a function of the same arguments followed by
+            `M_inv`, `D_o` and `K_o`; it can be compiled.
         M_o: inertia (3, 3) [kg m²], symmetric positive definite.
         M_inv: its inverse.
         D_o: damping (3, 3) [Nms/rad], symmetric positive definite.
@@ -30,16 +33,17 @@ class OrientationImpedance(ABC):
     """
 
     name: str
+    law: Callable[..., Array]
 
     def __init__(self, M_o: Array, D_o: Array, K_o: Array) -> None:
         self.M_o, self.D_o, self.K_o = M_o, D_o, K_o
         self.M_inv = np.linalg.inv(M_o)
 
-    @abstractmethod
     def angular_acceleration(
         self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
     ) -> Array:
         """ω̇_c (3,), in W [rad/s²]: the family's law solved for the acceleration of C."""
+        return self.law(Q_WD, w_WD, dw_WD, Q_WC, w_WC, mu_W, self.M_inv, self.D_o, self.K_o)
 
     @abstractmethod
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
@@ -93,3 +97,8 @@ class OrientationImpedance(ABC):
             SingularityError: |cos pitch| < 1e-3 in an Euler family.
             OutOfDomainError: the relative orientation has reached ϑ_M of an angle/axis family.
         """
+
+
+def overrides(family: OrientationImpedance, method: str) -> bool:
+    """Whether a family has its own version of a method that all families share."""
+    return getattr(type(family), method) is not getattr(OrientationImpedance, method)

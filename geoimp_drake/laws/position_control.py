@@ -1,10 +1,12 @@
 """Position control of the end effector."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["position_acceleration"]
 
 
+@compilable
 def position_acceleration(
     ddp_d: Array, dp_error: Array, p_error: Array, K_D: Array, K_P: Array
 ) -> Array:

@@ -2,11 +2,13 @@
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["null_space_projector", "pseudo_inverse_rate", "weighted_pseudo_inverse"]
 
 
+@compilable
 def weighted_pseudo_inverse(J: Array, W_inverse: Array) -> Array:
     """Returns (3.33) J† = W⁻¹Jᵀ(JW⁻¹Jᵀ)⁻¹ (n, 6). Floats only: it inverts with LAPACK.
 
@@ -21,11 +23,13 @@ def weighted_pseudo_inverse(J: Array, W_inverse: Array) -> Array:
     return W_inverse_Jt @ np.linalg.inv(J @ W_inverse_Jt)
 
 
+@compilable
 def null_space_projector(J: Array, J_pinv: Array) -> Array:
     """Returns I − J†J (n, n): joint velocities in its range do not move the end effector."""
     return np.eye(J.shape[1]) - J_pinv @ J
 
 
+@compilable
 def pseudo_inverse_rate(
     J_pinv: Array, N: Array, dJ: Array, W: Array, W_inverse: Array, dW: Array
 ) -> Array:

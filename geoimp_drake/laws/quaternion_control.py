@@ -1,16 +1,19 @@
 """Orientation control on the quaternion error; also the signature that its siblings share."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations.quaternion import relative, to_rotation
 from geoimp_drake.typing import Array
 
 __all__ = ["orientation_acceleration", "orientation_error"]
 
 
+@compilable
 def orientation_error(Q_WD: Array, Q_WE: Array) -> Array:
     """(2.14) ᵉε_de = sin(ϑ_de/2) ᵉr_de (3,), in E, of the shorter way round."""
     return relative(Q_WE, Q_WD)[1:]
 
 
+@compilable
 def orientation_acceleration(
     Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WE: Array, w_WE: Array, K_D: Array, K_P: Array
 ) -> Array:

@@ -6,11 +6,14 @@ Kinetic energy and damping are those of `angle_axis_impedance`.
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
+from geoimp_drake.laws import compliant_rotation
 from geoimp_drake.rotations.components import wxyz, xyz
-from geoimp_drake.rotations.quaternion import E
+from geoimp_drake.rotations.quaternion import E, relative, to_rotation
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "angular_acceleration",
     "elastic_moment",
     "potential_energy",
     "relative_angular_acceleration",
@@ -18,11 +21,13 @@ __all__ = [
 ]
 
 
+@compilable
 def rotational_stiffness(Q_CD: Array, K_o: Array) -> Array:
     """(3.31) K′_o = 2 Eᵀ(η_dc, ᶜε_dc) K_o (3, 3) [Nm/rad]."""
     return 2.0 * (E(Q_CD).T @ K_o)
 
 
+@compilable
 def elastic_moment(Q_CD: Array, K_o: Array) -> Array:
     """(3.30) K′_o ᶜε_dc = 2(ηI + S(ε))K_oε (3,), in C [Nm]: the gradient of (3.29).
 
@@ -40,12 +45,14 @@ def elastic_moment(Q_CD: Array, K_o: Array) -> Array:
     )
 
 
+@compilable
 def potential_energy(Q_CD: Array, K_o: Array) -> float:
     """(3.29) 𝒰_o = 2 ᶜεᵀ K_o ᶜε [J]."""
     epsilon = Q_CD[1:]
     return 2.0 * (epsilon @ (K_o @ epsilon))
 
 
+@compilable
 def relative_angular_acceleration(
     Q_CD: Array, w_CD_C: Array, mu_C: Array, M_inv: Array, D_o: Array, K_o: Array
 ) -> Array:
@@ -63,3 +70,24 @@ def relative_angular_acceleration(
         Δᶜω̇_dc (3,) [rad/s²].
     """
     return M_inv @ (mu_C - D_o @ w_CD_C - elastic_moment(Q_CD, K_o))
+
+
+@compilable
+def angular_acceleration(
+    Q_WD: Array,
+    w_WD: Array,
+    dw_WD: Array,
+    Q_WC: Array,
+    w_WC: Array,
+    mu_W: Array,
+    M_inv: Array,
+    D_o: Array,
+    K_o: Array,
+) -> Array:
+    """ω̇_c (3,), in W [rad/s²], by (3.30) and (3.22); arguments as of `OrientationImpedance.law`."""
+    R_WC = to_rotation(Q_WC)
+    w_CD_C = compliant_rotation.relative_angular_velocity(R_WC, w_WD, w_WC)
+    dw_CD_C = relative_angular_acceleration(
+        relative(Q_WC, Q_WD), w_CD_C, R_WC.T @ mu_W, M_inv, D_o, K_o
+    )
+    return compliant_rotation.angular_acceleration(dw_WD, R_WC, w_WC, w_CD_C, dw_CD_C)

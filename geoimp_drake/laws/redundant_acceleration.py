@@ -1,10 +1,12 @@
 """The joint acceleration of a redundant arm from the acceleration of its end effector."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["redundant_acceleration"]
 
 
+@compilable
 def redundant_acceleration(J_pinv: Array, a: Array, Jdot_v: Array, alpha_n: Array) -> Array:
     """Returns (3.32) α = J†(a − J̇q̇) + α_n (n,), which gives (2.6) v̇_e = a whatever α_n is.
 

@@ -3,12 +3,24 @@
 Frames: S the sensor, T the tool beyond it, E the end effector, W the world.
 """
 
+import numpy as np
+
+from geoimp_drake.compiled import compilable
+from geoimp_drake.laws.motion_vector import (
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    LINEAR_ACCELERATION,
+    POSITION,
+    is_finite,
+    is_frame_motion,
+)
 from geoimp_drake.rotations.so3 import cross
 from geoimp_drake.typing import Array
 
-__all__ = ["inertial_acceleration", "load_of_tool", "shifted_moment"]
+__all__ = ["inertial_acceleration", "load_of_tool", "sensed_wrench", "shifted_moment"]
 
 
+@compilable
 def inertial_acceleration(a_WP: Array, w_WT: Array, dw_WT: Array, p_PC: Array) -> Array:
     """Returns the acceleration a_P + ω̇ × p_PC + ω × (ω × p_PC) of point C of tool T.
 
@@ -21,6 +33,7 @@ def inertial_acceleration(a_WP: Array, w_WT: Array, dw_WT: Array, p_PC: Array) -
     return a_WP + cross(dw_WT, p_PC) + cross(w_WT, cross(w_WT, p_PC))
 
 
+@compilable
 def load_of_tool(
     mass: float,
     p_SC: Array,
@@ -47,6 +60,52 @@ def load_of_tool(
     return cross(p_SC, f) + I_TC @ dw_WT + cross(w_WT, I_TC @ w_WT), f
 
 
+@compilable
 def shifted_moment(moment: Array, force: Array, p_AB: Array) -> Array:
     """Returns the moment about B of a wrench given about A: μ_B = μ_A − p_AB × f."""
     return moment - cross(p_AB, force)
+
+
+@compilable
+def sensed_wrench(
+    reading: Array,
+    X_WT: Array,
+    X_TS: Array,
+    p_TE: Array,
+    mass: float,
+    p_SC_S: Array,
+    I_TC_S: Array,
+    gravity: Array,
+    motion: Array,
+    h: Array,
+) -> bool:
+    """Writes h = [moment; force] (6,) about Eo, in W: the tool's load removed, moved to E.
+
+    Says whether it could: the reading and the motion must be finite. Floats only.
+
+    Args:
+        reading: [moment; force] of the sensor about So, in S (6,).
+        X_WT: pose of the tool in W, [R p] (3, 4).
+        X_TS: pose of the sensor in T, [R p] (3, 4).
+        p_TE: E's origin in T (3,) [m].
+        mass: of the tool [kg].
+        p_SC_S: the tool's centre of mass C in S (3,) [m].
+        I_TC_S: its rotational inertia about C, in S (3, 3) [kg m²].
+        gravity: in W (3,) [m/s²].
+        motion: of a point of the tool as far as the inertial load is to be removed (19,).
+        h: where to write.
+    """
+    if not is_finite(reading) or not is_frame_motion(motion):
+        return False
+    R_WT, p_WT = np.ascontiguousarray(X_WT[:, :3]), X_WT[:, 3]
+    R_WS = R_WT @ np.ascontiguousarray(X_TS[:, :3])
+    p_WS = p_WT + R_WT @ np.ascontiguousarray(X_TS[:, 3])
+    p_WE, p_SC = p_WT + R_WT @ p_TE, R_WS @ p_SC_S
+    w, dw = motion[ANGULAR_VELOCITY], motion[ANGULAR_ACCELERATION]
+    a_WC = inertial_acceleration(motion[LINEAR_ACCELERATION], w, dw, p_WS + p_SC - motion[POSITION])
+    I_TC = R_WS @ I_TC_S @ R_WS.T
+    load_moment, load_force = load_of_tool(mass, p_SC, I_TC, gravity, a_WC, w, dw)
+    force = R_WS @ reading[3:] - load_force
+    h[:3] = shifted_moment(R_WS @ reading[:3] - load_moment, force, p_WE - p_WS)
+    h[3:] = force
+    return True

@@ -1,10 +1,12 @@
 """The joint velocity that moves a redundant arm up or down a function of its posture."""
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["task_velocity", "task_velocity_rate"]
 
 
+@compilable
 def task_velocity(k_beta: float, B_inverse: Array, gradient: Array) -> Array:
     """Returns (3.39) β = k_β B⁻¹(∂w/∂q)ᵀ (n,): a positive k_β climbs w, a negative one descends.
 
@@ -16,6 +18,7 @@ def task_velocity(k_beta: float, B_inverse: Array, gradient: Array) -> Array:
     return k_beta * (B_inverse @ gradient)
 
 
+@compilable
 def task_velocity_rate(
     k_beta: float, B_inverse: Array, dB: Array, beta: Array, gradient_rate: Array
 ) -> Array:

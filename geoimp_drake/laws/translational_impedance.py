@@ -6,6 +6,7 @@ along itself: C stays behind D.
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
 ]
 
 
+@compilable
 def compliant_acceleration(
     ddp_d: Array, dv_dc: Array, dp_dc: Array, f: Array, M_inv: Array, D: Array, K: Array
 ) -> Array:
@@ -38,26 +40,31 @@ def compliant_acceleration(
     return ddp_d - M_inv @ (f - D @ dv_dc - K @ dp_dc)
 
 
+@compilable
 def elastic_force(dp_dc: Array, K: Array) -> Array:
     """(3.2) f_E = K_p Δp_dc (3,) [N]: along a principal axis of K_p, γ_i times the displacement."""
     return K @ dp_dc
 
 
+@compilable
 def kinetic_energy(dv_dc: Array, M: Array) -> float:
     """(3.1) ½ Δṗᵀ M_p Δṗ [J]."""
     return 0.5 * (dv_dc @ (M @ dv_dc))
 
 
+@compilable
 def potential_energy(dp_dc: Array, K: Array) -> float:
     """(3.1) ½ Δpᵀ K_p Δp [J]; its gradient is the elastic force."""
     return 0.5 * (dp_dc @ (K @ dp_dc))
 
 
+@compilable
 def dissipated_power(dv_dc: Array, D: Array) -> float:
     """(3.1) Δṗᵀ D_p Δṗ [W], never negative."""
     return np.dot(dv_dc, D @ dv_dc)
 
 
+@compilable
 def supplied_power(dv_dc: Array, f: Array) -> float:
     """(3.1) fᵀΔṗ [W] = d(kinetic + potential)/dt + dissipated power."""
     return np.dot(f, dv_dc)

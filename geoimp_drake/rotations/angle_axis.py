@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError
-from geoimp_drake.rotations.components import wxyz
+from geoimp_drake.rotations.components import matrix, wxyz
 from geoimp_drake.rotations.quaternion import angle_over_sine
 from geoimp_drake.typing import Array
 
@@ -21,13 +22,18 @@ __all__ = [
     "Representation",
     "check_domain",
     "displacement",
+    "displacement_of",
     "displacement_rate",
     "omega",
+    "omega_of",
     "representation",
 ]
 
 # The interval of η in which a half turn is reported: at 1 ms it catches up to 4 rad/s.
 SMALLEST_ETA = 1e-3
+
+
+Coefficients = Callable[[float, float], tuple[float, float, float]]
 
 
 class Representation(NamedTuple):
@@ -49,22 +55,26 @@ class Representation(NamedTuple):
     f_prime_at_zero: float
     theta_max: float
     smallest_eta: float
-    coefficients: Callable[[float, float], tuple[float, float, float]]
+    coefficients: Coefficients
 
 
+@compilable
 def _sin(eta: float, s2: float) -> tuple[float, float, float]:
     return 2.0 * eta, eta * eta, -1.0
 
 
+@compilable
 def _sin_half(eta: float, s2: float) -> tuple[float, float, float]:
     return 1.0, 0.5 * eta, 0.0
 
 
+@compilable
 def _tan_half(eta: float, s2: float) -> tuple[float, float, float]:
     k = 1.0 / eta
     return k, 0.5, 0.5 * k * k
 
 
+@compilable
 def _simple(eta: float, s2: float) -> tuple[float, float, float]:
     k = angle_over_sine(eta, s2)
     a = 0.5 * k * eta
@@ -118,9 +128,7 @@ def representation(name: str) -> Representation:
 
 def displacement(row: Representation, Q: Array) -> Array:
     """(3.11), (2.13) ᶜo = f(ϑ) ᶜr (3,), of the unit quaternion `Q` with η ≥ 0."""
-    epsilon = Q[1:]
-    k, _, _ = row.coefficients(Q[0], np.dot(epsilon, epsilon))
-    return k * epsilon
+    return displacement_of(row.coefficients, Q)
 
 
 def omega(row: Representation, Q: Array) -> Array:
@@ -128,17 +136,29 @@ def omega(row: Representation, Q: Array) -> Array:
 
     `Q` is a unit quaternion with η ≥ 0.
     """
+    return omega_of(row.coefficients, Q)
+
+
+@compilable
+def displacement_of(coefficients: Coefficients, Q: Array) -> Array:
+    """The displacement with the coefficients of a row: see `displacement`."""
+    epsilon = Q[1:]
+    k, _, _ = coefficients(Q[0], np.dot(epsilon, epsilon))
+    return k * epsilon
+
+
+@compilable
+def omega_of(coefficients: Coefficients, Q: Array) -> Array:
+    """The matrix Ω with the coefficients of a row: see `omega`."""
     eta, x, y, z = wxyz(Q)
-    k, a, b = row.coefficients(eta, x * x + y * y + z * z)
+    k, a, b = coefficients(eta, x * x + y * y + z * z)
     bx, by, h = b * x, b * y, 0.5 * k
     xy, xz, yz = bx * y, bx * z, by * z
     hx, hy, hz = h * x, h * y, h * z
-    return np.array(
-        [
-            [a + bx * x, xy + hz, xz - hy],
-            [xy - hz, a + by * y, yz + hx],
-            [xz + hy, yz - hx, a + b * z * z],
-        ]
+    return matrix(
+        (a + bx * x, xy + hz, xz - hy),
+        (xy - hz, a + by * y, yz + hx),
+        (xz + hy, yz - hx, a + b * z * z),
     )
 
 

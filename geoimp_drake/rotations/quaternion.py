@@ -2,11 +2,13 @@
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import SignalError
-from geoimp_drake.rotations.components import wxyz, xyz
+from geoimp_drake.rotations.components import matrix, rows, wxyz, xyz
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "UNIT_TOLERANCE",
     "E",
     "angle_over_sine",
     "canonical",
@@ -28,6 +30,7 @@ __all__ = [
 UNIT_TOLERANCE = 1e-6
 
 
+@compilable
 def product(A: Array, B: Array) -> Array:
     """The quaternion A * B (4,) of the rotation R(A) R(B)."""
     aw, ax, ay, az = wxyz(A)
@@ -42,17 +45,20 @@ def product(A: Array, B: Array) -> Array:
     )
 
 
+@compilable
 def conjugate(Q: Array) -> Array:
     """The quaternion {η, −ε} (4,) of the inverse rotation."""
     w, x, y, z = wxyz(Q)
     return np.array([w, -x, -y, -z])
 
 
+@compilable
 def canonical(Q: Array) -> Array:
     """The one of Q and −Q (the same rotation) that has η ≥ 0."""
     return -Q if Q[0] < 0.0 else Q
 
 
+@compilable
 def relative(Q_WC: Array, Q_WD: Array) -> Array:
     """Q_CD = Q_WC⁻¹ * Q_WD = {η_dc, ᶜε_dc} (4,), the orientation of D seen from C, with η ≥ 0."""
     cw, cx, cy, cz = wxyz(Q_WC)
@@ -64,6 +70,7 @@ def relative(Q_WC: Array, Q_WD: Array) -> Array:
     return np.array([-w, -x, -y, -z] if w < 0.0 else [w, x, y, z])
 
 
+@compilable
 def to_rotation(Q: Array) -> Array:
     """The rotation matrix (3, 3) of the unit quaternion `Q`."""
     w, x, y, z = wxyz(Q)
@@ -71,22 +78,21 @@ def to_rotation(Q: Array) -> Array:
     xx, yy, zz = x * x2, y * y2, z * z2
     xy, xz, yz = x * y2, x * z2, y * z2
     wx, wy, wz = w * x2, w * y2, w * z2
-    return np.array(
-        [
-            [1.0 - yy - zz, xy - wz, xz + wy],
-            [xy + wz, 1.0 - xx - zz, yz - wx],
-            [xz - wy, yz + wx, 1.0 - xx - yy],
-        ]
+    return matrix(
+        (1.0 - yy - zz, xy - wz, xz + wy),
+        (xy + wz, 1.0 - xx - zz, yz - wx),
+        (xz - wy, yz + wx, 1.0 - xx - yy),
     )
 
 
+@compilable
 def from_rotation(R: Array) -> Array:
     """The unit quaternion (4,) of the rotation matrix `R`, with η ≥ 0.
 
     Four times one entry of Q, times Q itself, is a row that contains no cancellation as long as
     that entry is the largest: the branch chooses it, so the result is accurate at every angle.
     """
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R.tolist()
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows(R)
     trace = xx + yy + zz
     if trace >= max(xx, yy, zz):
         row = np.array([1.0 + trace, zy - yz, xz - zx, yx - xy])
@@ -99,22 +105,26 @@ def from_rotation(R: Array) -> Array:
     return canonical(normalized(row))
 
 
+@compilable
 def E(Q: Array) -> Array:
     """The matrix E = ηI − S(ε) (3, 3) of a quaternion: ε̇ = ½ E ω for ω in the base frame."""
     w, x, y, z = wxyz(Q)
-    return np.array([[w, z, -y], [-z, w, x], [y, -x, w]])
+    return matrix((w, z, -y), (-z, w, x), (y, -x, w))
 
 
+@compilable
 def rate(Q: Array, w: Array) -> Array:
     """Q̇ (4,) from the angular velocity `w` [rad/s] in the base frame: η̇ = −½εᵀω, ε̇ = ½Eω."""
     return 0.5 * product(np.array([0.0, *xyz(w)]), Q)
 
 
+@compilable
 def rate_in_body(Q: Array, w: Array) -> Array:
     """Q̇ (4,) from the angular velocity `w` [rad/s] in the rotating frame: ε̇ = ½(ηI + S(ε))ω."""
     return 0.5 * product(Q, np.array([0.0, *xyz(w)]))
 
 
+@compilable
 def exp(rotvec: Array) -> Array:
     """The unit quaternion (4,) of the rotation vector ϑ r [rad] (3,)."""
     x, y, z = xyz(rotvec)
@@ -129,6 +139,7 @@ def exp(rotvec: Array) -> Array:
     return np.array([w, k * x, k * y, k * z])
 
 
+@compilable
 def angle_over_sine(eta: float, s2: float) -> float:
     """ϑ / sin(ϑ/2), 2 at ϑ = 0, from η = cos(ϑ/2) ≥ 0 and s2 = sin²(ϑ/2)."""
     if s2 < 1e-4:
@@ -137,6 +148,7 @@ def angle_over_sine(eta: float, s2: float) -> float:
     return 2.0 * np.arctan2(s, eta) / s
 
 
+@compilable
 def log(Q: Array) -> Array:
     """The rotation vector ϑ r [rad] (3,) of the unit quaternion `Q`, with 0 ≤ ϑ ≤ π."""
     w, x, y, z = wxyz(canonical(Q))
@@ -144,6 +156,7 @@ def log(Q: Array) -> Array:
     return np.array([k * x, k * y, k * z])
 
 
+@compilable
 def from_axis_angle(axis: Array, angle: float) -> Array:
     """The unit quaternion (4,) of the rotation by `angle` [rad] about the unit vector `axis`."""
     x, y, z = xyz(axis)
@@ -151,6 +164,7 @@ def from_axis_angle(axis: Array, angle: float) -> Array:
     return np.array([np.cos(0.5 * angle), s * x, s * y, s * z])
 
 
+@compilable
 def normalized(Q: Array) -> Array:
     """Q / ‖Q‖."""
     return Q / np.sqrt(Q @ Q)

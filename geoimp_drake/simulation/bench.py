@@ -1,25 +1,56 @@
 """What the closed loop costs: microseconds a step, as ratios to the bare plant in the same run."""
 
 import json
+import math
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import Context, DiagramBuilder
+from pydrake.systems.controllers import InverseDynamicsController
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.typing import Array
 
-__all__ = ["Timing", "format_timings", "run_bench", "time_experiment"]
+__all__ = [
+    "BenchCase",
+    "Timing",
+    "compare_bench",
+    "format_timings",
+    "run_bench",
+    "time_experiment",
+]
 
 _WINDOWS = 5
 _WINDOW = 0.2  # [s] of simulated time
 _NO_LOG = 1e6  # [s]
+
+
+# Below this a change is taken for noise.
+_SLOWER = 1.1
+
+
+@dataclass(frozen=True)
+class BenchCase:
+    """What is timed.
+
+    Attributes:
+        name: of the ratio.
+        experiment: of the catalogue.
+        start: simulated time at which the windows begin [s].
+        real_time: whether its real-time factor counts as the experiment's.
+    """
+
+    name: str
+    experiment: Any
+    start: float
+    real_time: bool = False
 
 
 @dataclass(frozen=True)
@@ -32,6 +63,8 @@ class Timing:
         logged: closed loop with the experiment's own logging [µs per plant step].
         bare: the plant alone under a constant torque, from the same state [µs per plant step].
         step: plant step [s].
+        drake: the plant under Drake's own InverseDynamicsController, in C++ [µs per plant step];
+            NaN if that takes no such plant.
     """
 
     name: str
@@ -39,6 +72,7 @@ class Timing:
     logged: float
     bare: float
     step: float
+    drake: float = math.nan
 
     @property
     def ratio(self) -> float:
@@ -51,27 +85,64 @@ class Timing:
         return 1e6 * self.step / self.logged
 
 
-def run_bench(json_file: Path | None, experiment: Any) -> str:
+def run_bench(json_file: Path | None, experiment: Any, others: Sequence[BenchCase] = ()) -> str:
     """Times the closed loop, free and in contact; returns a table, writes JSON if asked to.
 
     Args:
         json_file: where to write, None for nowhere.
         experiment: `plexiglas` of the catalogue.
+        others: further cases.
     """
-    timings = [
-        time_experiment(experiment, "single_free", 1.0),
-        time_experiment(experiment, "single_contact", 6.0),
+    cases = [
+        BenchCase("single_free", experiment, 1.0),
+        BenchCase("single_contact", experiment, 6.0, real_time=True),
+        *others,
     ]
+    timings = [time_experiment(case.experiment, case.name, case.start) for case in cases]
     if json_file is not None:
         data = {
-            "microseconds_per_step": {
-                t.name: {"bare": t.bare, "loop": t.loop, "loop_logged": t.logged} for t in timings
-            },
+            "microseconds_per_step": {t.name: _figures(t) for t in timings},
             "ratios": {t.name: t.ratio for t in timings},
-            "real_time_factor": {"plexiglas": timings[-1].real_time_factor},
+            "real_time_factor": {
+                case.experiment.name: timing.real_time_factor
+                for case, timing in zip(cases, timings, strict=True)
+                if case.real_time
+            },
         }
         json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     return format_timings(timings)
+
+
+def _figures(timing: Timing) -> dict[str, float | None]:
+    drake = None if math.isnan(timing.drake) else timing.drake
+    return {
+        "bare": timing.bare,
+        "drake": drake,
+        "loop": timing.loop,
+        "loop_logged": timing.logged,
+    }
+
+
+def compare_bench(old: dict[str, Any], new: dict[str, Any]) -> str:
+    """Returns what became slower from one run of `run_bench` to another, as a table.
+
+    Ratios to the bare plant are compared, not microseconds, so that another machine or another load
+    do not count; a change of less than a tenth is taken for noise.
+
+    Args:
+        old: the JSON data of the earlier run.
+        new: of the later one.
+    """
+    common = [name for name in old["ratios"] if name in new["ratios"]]
+    rows = [(name, old["ratios"][name], new["ratios"][name]) for name in common]
+    lines = [f"{'case':16}{'before':>9}{'now':>9}"]
+    lines += [
+        f"{name:16}{before:9.1f}{now:9.1f}  {'slower' if now > _SLOWER * before else ''}".rstrip()
+        for name, before, now in rows
+    ]
+    slower = [name for name, before, now in rows if now > _SLOWER * before]
+    lines.append(f"slower: {', '.join(slower) or 'nothing'}")
+    return "\n".join(lines)
 
 
 def time_experiment(experiment: Any, name: str, start: float) -> Timing:
@@ -84,28 +155,34 @@ def time_experiment(experiment: Any, name: str, start: float) -> Timing:
     """
     loop = _loop(experiment, (f"log_period={_NO_LOG}",), start)
     logged = _loop(experiment, (), start)
-    bare = _bare_plant(*loop[1:])
     advance = {
         "loop": _advance(loop[0]),
         "logged": _advance(logged[0]),
-        "bare": bare,
+        "bare": _bare_plant(*loop[1:]),
+        "drake": _under_drakes_controller(*loop[1:]),
     }
     seconds: dict[str, list[float]] = {key: [] for key in advance}
     for _ in range(_WINDOWS):
         for key, run in advance.items():
-            seconds[key].append(_timed(run))
+            seconds[key].append(_timed(run) if run else math.nan)
     step = loop[1].scenario.plant.time_step
     micro = {key: statistics.median(s) * step / _WINDOW * 1e6 for key, s in seconds.items()}
-    return Timing(name, micro["loop"], micro["logged"], micro["bare"], step)
+    return Timing(name, micro["loop"], micro["logged"], micro["bare"], step, micro["drake"])
 
 
 def format_timings(timings: list[Timing]) -> str:
     """Returns the timings as a table for a terminal."""
-    lines = [f"{'case':16}{'bare plant':>12}{'closed loop':>13}{'ratio':>8}{'real time':>12}"]
-    lines += [
-        f"{t.name:16}{t.bare:9.0f} µs{t.loop:10.0f} µs{t.ratio:8.1f}{t.real_time_factor:10.2f} ×"
-        for t in timings
+    with_drake = any(not math.isnan(t.drake) for t in timings)
+    drake = f"{'Drake ID':>12}" if with_drake else ""
+    lines = [
+        f"{'case':16}{'bare plant':>12}{drake}{'closed loop':>13}{'ratio':>8}{'real time':>12}"
     ]
+    for t in timings:
+        drake = f"{t.drake:9.0f} µs" if with_drake else ""
+        lines.append(
+            f"{t.name:16}{t.bare:9.0f} µs{drake}{t.loop:10.0f} µs{t.ratio:8.1f}"
+            f"{t.real_time_factor:10.2f} ×"
+        )
     return "\n".join(lines)
 
 
@@ -122,12 +199,62 @@ def _bare_plant(setup: Any, context: Context) -> Callable[[], None]:
     """Returns what advances the plant alone by a window, each time from the closed loop's state."""
     builder = DiagramBuilder()
     plant: MultibodyPlant = setup.add_plant(builder)
-    arm = plant.GetModelInstanceByName(setup.scenario.arm)
-    torque: Array = setup.controller.GetOutputPort("actuation").Eval(
-        setup.controller.GetMyContextFromRoot(context)
+    torque: Array = setup.plant.get_net_actuation_output_port().Eval(
+        setup.plant.GetMyContextFromRoot(context)
     )
     source = builder.AddNamedSystem("holding_torque", ConstantVectorSource(torque))
-    builder.Connect(source.get_output_port(), plant.get_actuation_input_port(arm))
+    builder.Connect(source.get_output_port(), plant.get_actuation_input_port())
+    return _from_state_of(setup, context, builder, plant)
+
+
+def _under_drakes_controller(setup: Any, context: Context) -> Callable[[], None] | None:
+    """Returns the same with Drake's inverse dynamics controller for each arm, None if impossible.
+
+    That controller takes the arm's state in its own model's order.
+    """
+    builder = DiagramBuilder()
+    plant: MultibodyPlant = setup.add_plant(builder)
+    plant_context = setup.plant.GetMyContextFromRoot(context)
+    driven = 0
+    for system in _arm_models(setup.diagram):
+        model, n = system.model, system.model.num_joints
+        arm = plant.GetModelInstanceByName(
+            model.plant.GetModelInstanceName(model.end_effector.model_instance())
+        )
+        if list(model.state_order) != list(range(2 * n)):
+            return None
+        driven += n
+        controller = builder.AddSystem(
+            InverseDynamicsController(model.plant, [100.0] * n, [0.0] * n, [20.0] * n, False)
+        )
+        desired = setup.plant.GetPositionsAndVelocities(plant_context, arm) * (
+            [1.0] * n + [0.0] * n
+        )
+        source = builder.AddSystem(ConstantVectorSource(desired))
+        builder.Connect(source.get_output_port(), controller.get_input_port_desired_state())
+        builder.Connect(
+            plant.get_state_output_port(arm), controller.get_input_port_estimated_state()
+        )
+        builder.Connect(controller.get_output_port_control(), plant.get_actuation_input_port(arm))
+    if driven != plant.num_actuators():
+        return None
+    return _from_state_of(setup, context, builder, plant)
+
+
+def _arm_models(diagram: Diagram) -> Iterator[ArmModel]:
+    """Yields the arm models anywhere in a diagram."""
+    system: System
+    for system in diagram.GetSystems():
+        if isinstance(system, ArmModel):
+            yield system
+        elif isinstance(system, Diagram):
+            yield from _arm_models(system)
+
+
+def _from_state_of(
+    setup: Any, context: Context, builder: DiagramBuilder, plant: MultibodyPlant
+) -> Callable[[], None]:
+    """Returns what advances a diagram by a window, each time from the closed loop's state."""
     simulator = Simulator(builder.Build())
     plant_context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     state = setup.plant.GetPositionsAndVelocities(setup.plant.GetMyContextFromRoot(context))

@@ -1,5 +1,6 @@
 """One evaluation of the arm per step: kinematics and dynamics for every block that needs them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
+from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
@@ -22,6 +25,7 @@ from geoimp_drake.typing import Array
 __all__ = ["ArmModel", "ArmState", "evaluate_arm"]
 
 _ORIGIN = np.zeros(3)
+_WRT_V = JacobianWrtVariable.kV
 
 
 @dataclass(slots=True)
@@ -57,6 +61,7 @@ class ArmModel(LeafSystem):
     def __init__(self, model: ControlModel):
         super().__init__()
         self._model = model
+        self._from_rotation = compiled(quaternion.from_rotation)
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
@@ -80,11 +85,19 @@ class ArmModel(LeafSystem):
             {self.input_port_ticket(self._state.get_index())},
         )
 
+    @property
+    def model(self) -> ControlModel:
+        """The control model that is evaluated."""
+        return self._model
+
     def _calc_arm(self, context: Context, output: AbstractValue) -> None:
         state = self._state.Eval(context)
-        check_signal(state, f"{self.get_name()}:state")
-        scratch = self._scratch.get_mutable_cache_entry_value(context).GetMutableValueOrThrow()
-        output.set_value(evaluate_arm(self._model, scratch, state[self._model.state_order]))
+        if not is_finite(state):
+            check_signal(state, f"{self.get_name()}:state")
+        scratch = self._scratch.Eval(context)
+        output.set_value(
+            evaluate_arm(self._model, scratch, state[self._model.state_order], self._from_rotation)
+        )
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         arm = self._arm.Eval(context)
@@ -95,23 +108,34 @@ class ArmModel(LeafSystem):
         output.SetFromVector(motion)
 
 
-def evaluate_arm(model: ControlModel, scratch: Context, state: Array) -> ArmState:
-    """Returns the arm's kinematics and dynamics at [q; v] in the control model's order."""
-    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
+def evaluate_arm(
+    model: ControlModel,
+    scratch: Context,
+    state: Array,
+    from_rotation: Callable[[Array], Array] = quaternion.from_rotation,
+) -> ArmState:
+    """Returns the arm's kinematics and dynamics at [q; v] in the control model's order.
+
+    Args:
+        model: the arm.
+        scratch: a context of the model's plant; it is left at the state.
+        state: [q; v] (2n,).
+        from_rotation: the quaternion of a rotation matrix; compiled, it is faster.
+    """
+    plant, E, W = model.plant, model.end_effector, model.world
     n = model.num_joints
     plant.SetPositionsAndVelocities(scratch, state)
-    X_WE = E.CalcPoseInWorld(scratch)
-    R_WE = X_WE.rotation().matrix()
-    wrt_v = JacobianWrtVariable.kV
-    J = plant.CalcJacobianSpatialVelocity(scratch, wrt_v, E, _ORIGIN, W, W)
-    bias = plant.CalcBiasSpatialAcceleration(scratch, wrt_v, E, _ORIGIN, W, W)
+    X_WE = E.CalcPoseInWorld(scratch).GetAsMatrix34()
+    R_WE = X_WE[:, :3].copy()
+    J = plant.CalcJacobianSpatialVelocity(scratch, _WRT_V, E, _ORIGIN, W, W)
+    bias = plant.CalcBiasSpatialAcceleration(scratch, _WRT_V, E, _ORIGIN, W, W)
     v = state[n:]
     return ArmState(
         q=state[:n],
         v=v,
-        Q_WE=quaternion.from_rotation(R_WE),
+        Q_WE=from_rotation(R_WE),
         R_WE=R_WE,
-        p_WE=X_WE.translation(),
+        p_WE=X_WE[:, 3].copy(),
         V_WE=J @ v,
         Jv_V_WE=J,
         Jdot_v=bias.get_coeffs(),

@@ -1,21 +1,19 @@
 """The desired motion of D: straight lines, turns about fixed axes, rests; fifth-order in time."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
-from pydrake.trajectories import BezierCurve, CompositeTrajectory
+from pydrake.trajectories import BezierCurve, CompositeTrajectory, StackedTrajectory
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_about_axis import motion_about_axis
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_VELOCITY,
-    FRAME_MOTION_SIZE,
-    LINEAR_ACCELERATION,
-    LINEAR_VELOCITY,
     POSITION,
     QUATERNION,
     frame_motion_at_rest,
@@ -23,7 +21,7 @@ from geoimp_drake.systems.frame_motion import (
 )
 from geoimp_drake.typing import Array
 
-__all__ = ["DesiredMotion", "MotionSegment"]
+__all__ = ["DesiredMotion", "MotionSegment", "phases_of"]
 
 
 @dataclass
@@ -49,6 +47,16 @@ class MotionSegment:
             value = np.asarray(getattr(self, key), dtype=float)
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise ConfigurationError(f"{where}: {key} is {value}; give three finite numbers.")
+
+
+def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float]]:
+    """Returns name, begin and end [s] of each named segment."""
+    ends = np.cumsum([segment.duration for segment in segments])
+    return [
+        (segment.name, float(end - segment.duration), float(end))
+        for segment, end in zip(segments, ends, strict=True)
+        if segment.name
+    ]
 
 
 class DesiredMotion(LeafSystem):
@@ -78,9 +86,10 @@ class DesiredMotion(LeafSystem):
             segment.validate(f"motion segment {k}")
         self._start = frame_motion_at_rest(X_WD)
         self._curve = _curve(X_WD.translation(), segments)
-        self._end_times = np.cumsum([segment.duration for segment in segments])
+        self._end_times = np.cumsum([segment.duration for segment in segments]).tolist()
         self._axes = [_axis(segment.rotation) for segment in segments]
         self._starts = _orientations(self._start[QUATERNION], segments)
+        self._law = compiled(motion_about_axis)
         self._rests = _rests(self._start, self._starts, segments)
         self.DeclareVectorOutputPort(
             "motion",
@@ -91,36 +100,24 @@ class DesiredMotion(LeafSystem):
 
     def duration(self) -> float:
         """Returns the time at which the last segment ends [s]."""
-        return float(self._end_times[-1]) if len(self._end_times) else 0.0
+        return self._end_times[-1] if self._end_times else 0.0
 
     def evaluate(self, time: float) -> Array:
         """Returns the motion of D at a time [s], as the output port does."""
         if self._curve is None:
             return self._start
         t = min(max(time, 0.0), self.duration())
-        k = min(int(np.searchsorted(self._end_times, t, side="right")), len(self._axes) - 1)
+        k = min(bisect_right(self._end_times, t), len(self._axes) - 1)
         if (rest := self._rests[k]) is not None:
             return rest
-        position, velocity, acceleration = (
-            self._curve.EvalDerivative(t, order)[:, 0] for order in range(3)
-        )
-        motion = np.empty(FRAME_MOTION_SIZE)
-        motion[QUATERNION] = quaternion.product(
-            quaternion.exp(position[3] * self._axes[k]), self._starts[k]
-        )
-        motion[POSITION] = position[:3]
-        motion[ANGULAR_VELOCITY] = velocity[3] * self._axes[k]
-        motion[LINEAR_VELOCITY] = velocity[:3]
-        motion[ANGULAR_ACCELERATION] = acceleration[3] * self._axes[k]
-        motion[LINEAR_ACCELERATION] = acceleration[:3]
-        return motion
+        return self._law(self._curve.value(t)[:, 0], self._axes[k], self._starts[k])
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.evaluate(context.get_time()))
 
 
-def _curve(p_WD: Array, segments: Sequence[MotionSegment]) -> CompositeTrajectory | None:
-    """Returns [p_d; angle within the segment] over time.
+def _curve(p_WD: Array, segments: Sequence[MotionSegment]) -> StackedTrajectory | None:
+    """Returns [p_d; angle within the segment] over time, then its first and second derivative.
 
     A Bézier curve of degree five whose control points are three times the start and three times
     the end is the fifth-order polynomial with zero end velocities and accelerations.
@@ -133,7 +130,12 @@ def _curve(p_WD: Array, segments: Sequence[MotionSegment]) -> CompositeTrajector
         points = np.column_stack([start] * 3 + [end] * 3)
         curves.append(BezierCurve(start_time, start_time + segment.duration, points))
         start_time, start = start_time + segment.duration, end.copy()
-    return CompositeTrajectory(curves) if curves else None
+    if not curves:
+        return None
+    curve, stacked = CompositeTrajectory(curves), StackedTrajectory()
+    for order in range(3):
+        stacked.Append(curve.MakeDerivative(order))
+    return stacked
 
 
 def _axis(rotation: Array) -> Array:

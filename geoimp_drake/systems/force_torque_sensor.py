@@ -7,14 +7,17 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialAcceleration, SpatialForce, SpatialVelocity
-from pydrake.multibody.tree import BodyIndex, JointIndex
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws import sensed_wrench
+from geoimp_drake.laws.sensed_wrench import sensed_wrench
+from geoimp_drake.laws.sensor_reading import filter_gain, peak_reading, sensor_reading
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
     LINEAR_ACCELERATION,
     POSITION,
     check_frame_motion,
@@ -27,6 +30,10 @@ from geoimp_drake.validation import choice, finite_vector, non_negative, positiv
 __all__ = ["ForceTorqueSensor", "SensorMounting", "ToolLoad", "WristSensorConfig"]
 
 _log = logging.getLogger("drake")
+
+# The state: the wrench that is held, the last reading, the peak, how many samples there have been.
+_HELD, _READING, _PEAK, _COUNT = slice(0, 6), slice(6, 12), slice(12, 18), 18
+_STATE_SIZE = 19
 
 _AXES = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 
@@ -94,7 +101,7 @@ class SensorMounting:
     side; E the end effector.
     """
 
-    joint: JointIndex
+    joint: int  # its place among the plant's joints, in whose order the reaction forces are
     tool_body: BodyIndex
     X_TS: RigidTransform
     X_TE: RigidTransform
@@ -116,12 +123,13 @@ class ForceTorqueSensor(LeafSystem):
 
     It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no
     reaction forces before its first step, so the first sample counts one period after the
-    start; until then the wrench is zero.
+    start; until then the wrench is what the hand is known to carry, zero unless given.
 
     Args:
         mounting: where the sensor sits.
         tool: mass, centre of mass and inertia beyond the sensor, in S.
         config: sampling, errors and range of the sensor.
+        initial_wrench: h until the first sample (6) [Nm, N].
 
     Raises:
         ConfigurationError: a field of the configuration cannot be used.
@@ -138,70 +146,91 @@ class ForceTorqueSensor(LeafSystem):
         output peak_reading: largest reading since the start as a fraction of the range (6)
     """
 
-    def __init__(self, mounting: SensorMounting, tool: ToolLoad, config: WristSensorConfig):
+    def __init__(
+        self,
+        mounting: SensorMounting,
+        tool: ToolLoad,
+        config: WristSensorConfig,
+        initial_wrench: Array | None = None,
+    ):
         super().__init__()
         config.validate()
         tool.validate()
-        self._mounting = mounting
-        self._tool = tool
-        self._config = config
+        self._mounting, self._config = mounting, config
         self._range = np.repeat([config.moment_range, config.force_range], 3)
         self._resolution = np.repeat([config.moment_resolution, config.force_resolution], 3)
         self._noise = np.repeat([config.moment_noise, config.force_noise], 3)
+        self._bias = np.asarray(config.bias, dtype=float)
+        self._erroneous = bool(self._noise.any() or self._bias.any())
+        self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
+        self._gain = filter_gain(config.filter_cutoff, config.period)
+        self._load = (
+            mounting.X_TS.GetAsMatrix34(),
+            mounting.X_TE.translation(),
+            float(tool.mass),
+            np.asarray(tool.centre_of_mass, dtype=float),
+            np.asarray(tool.inertia, dtype=float),
+            np.asarray(mounting.gravity, dtype=float),
+        )
+        self._reading, self._peak_reading = compiled(sensor_reading), compiled(peak_reading)
+        self._wrench = compiled(sensed_wrench)
         self._declare_inputs()
-        self._held = self.DeclareDiscreteState(6)
-        self._filtered = self.DeclareDiscreteState(6)
-        self._peak = self.DeclareDiscreteState(6)
-        self._count = self.DeclareDiscreteState(1)
-        self.DeclareVectorOutputPort(
-            "wrench", 6, self._calc_wrench, {self.discrete_state_ticket(self._held)}
-        )
+        start = np.zeros(_STATE_SIZE)
+        if initial_wrench is not None:
+            start[_HELD] = finite_vector(initial_wrench, "initial_wrench", 6)
+        held = {self.discrete_state_ticket(self.DeclareDiscreteState(start))}
+        self.DeclareVectorOutputPort("wrench", 6, self._calc_wrench, held)
         self.DeclareVectorOutputPort("wrench_true", 6, self._calc_true)
-        self.DeclareVectorOutputPort(
-            "peak_reading", 6, self._calc_peak, {self.discrete_state_ticket(self._peak)}
-        )
+        self.DeclareVectorOutputPort("peak_reading", 6, self._calc_peak, held)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(config.period, 0.0, self._sample)
 
     def _declare_inputs(self) -> None:
-        def declare(name: str, element: type) -> None:
-            self.DeclareAbstractInputPort(name, AbstractValue.Make([element()]))
+        def declare(name: str, element: type) -> InputPort:
+            return self.DeclareAbstractInputPort(name, AbstractValue.Make([element()]))
 
-        declare("reaction_forces", SpatialForce)
-        declare("body_poses", RigidTransform)
-        declare("body_spatial_velocities", SpatialVelocity)
-        declare("body_spatial_accelerations", SpatialAcceleration)
-        self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
+        self._forces = declare("reaction_forces", SpatialForce)
+        self._poses = declare("body_poses", RigidTransform)
+        self._velocities = declare("body_spatial_velocities", SpatialVelocity)
+        self._accelerations = declare("body_spatial_accelerations", SpatialAcceleration)
+        self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
 
     def _calc_wrench(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._held).value())
+        output.SetFromVector(context.get_discrete_state_vector().value()[_HELD])
 
     def _calc_peak(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._peak).value())
+        output.SetFromVector(context.get_discrete_state_vector().value()[_PEAK])
 
     def _calc_true(self, context: Context, output: BasicVector) -> None:
-        started = context.get_discrete_state(self._count).value()[0] > 1
-        output.SetFromVector(
-            self._contact_wrench(context, self._reaction(context)) if started else np.zeros(6)
-        )
+        h, state = output.get_mutable_value(), context.get_discrete_state_vector().value()
+        if state[_COUNT] > 1:
+            self._contact_wrench(context, self._reaction(context), h)
+        else:
+            h[:] = state[_HELD]
 
     def _sample(self, context: Context, state: DiscreteValues) -> None:
-        count = int(context.get_discrete_state(self._count).value()[0])
-        state.set_value(self._count, [count + 1.0])
+        before, after = context.get_discrete_state_vector().value(), state.get_mutable_value()
+        count = int(before[_COUNT])
+        after[_COUNT] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        raw = self._reaction(context) + self._config.bias + self._noise_at(count)
-        self._report_range(context, state, raw)
-        reading = self._filter(context, self._clipped(self._quantised(raw)), count)
-        state.set_value(self._filtered, reading)
-        state.set_value(self._held, self._contact_wrench(context, reading))
+        reaction = self._reaction(context)
+        raw = reaction + self._bias + self._noise_at(count) if self._erroneous else reaction
+        gain = self._gain if count > 1 else 1.0  # the first sample passes through the filter
+        reading = after[_READING]
+        if not self._reading(raw, before[_READING], self._resolution, self._range, gain, reading):
+            self._check_reaction(reaction)
+        if self._peak_reading(raw, before[_PEAK], self._range, after[_PEAK]):
+            self._report_range(context.get_time(), raw, before[_PEAK], after[_PEAK])
+        self._contact_wrench(context, reading, after[_HELD])
 
     def _reaction(self, context: Context) -> Array:
         """Returns the reaction [moment; force] on the tool about So, in S."""
-        forces = self.GetInputPort("reaction_forces").Eval(context)
-        reaction: Array = self._mounting.sign * forces[int(self._mounting.joint)].get_coeffs()
+        reaction: Array = self._forces.Eval(context)[self._joint].get_coeffs()
+        return reaction if self._mounting.sign > 0 else -reaction
+
+    def _check_reaction(self, reaction: Array) -> None:
         check_signal(reaction, f"{self.get_name()}:reaction_forces")
-        return reaction
 
     def _noise_at(self, count: int) -> Array:
         """Returns the noise of a sample: a function of seed and count, so it needs no state."""
@@ -210,70 +239,34 @@ class ForceTorqueSensor(LeafSystem):
         bits = np.random.Philox(key=self._config.seed, counter=[0, 0, 0, count])
         return self._noise * np.random.Generator(bits).standard_normal(6)
 
-    def _quantised(self, reading: Array) -> Array:
-        if not self._resolution.any():
-            return reading
-        step = np.where(self._resolution > 0, self._resolution, 1.0)
-        return np.where(self._resolution > 0, np.round(reading / step) * step, reading)
-
-    def _clipped(self, reading: Array) -> Array:
-        return np.clip(reading, -self._range, self._range)
-
-    def _report_range(self, context: Context, state: DiscreteValues, raw: Array) -> None:
-        """Keeps the peak reading; says so the first time that an axis leaves its range."""
-        before = context.get_discrete_state(self._peak).value()
-        peak = np.maximum(before, np.abs(raw) / self._range)
-        state.set_value(self._peak, peak)
+    def _report_range(self, time: float, raw: Array, before: Array, peak: Array) -> None:
+        """Says which axis has left its range, the first time that it does."""
         for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
             _log.warning(
-                f"{self.get_name()} saturates at t = {context.get_time():.3f} s: {_AXES[axis]} is "
+                f"{self.get_name()} saturates at t = {time:.3f} s: {_AXES[axis]} is "
                 f"{raw[axis]:.1f}, the range is ±{self._range[axis]:g}; the reading is clipped."
             )
 
-    def _filter(self, context: Context, reading: Array, count: int) -> Array:
-        """Returns the first-order low-pass of the readings; the first passes through."""
-        cutoff = self._config.filter_cutoff
-        if cutoff == 0 or count == 1:
-            return reading
-        before = context.get_discrete_state(self._filtered).value()
-        gain = -np.expm1(-2 * np.pi * cutoff * self._config.period)
-        return before + gain * (reading - before)
-
-    def _contact_wrench(self, context: Context, reading: Array) -> Array:
-        """Returns h in W about Eo from a reading in S: the tool's load removed, moved to E."""
-        X_WT = self.GetInputPort("body_poses").Eval(context)[int(self._mounting.tool_body)]
-        X_WS = X_WT @ self._mounting.X_TS
-        R_WS = X_WS.rotation().matrix()
-        p_WE = X_WT @ self._mounting.X_TE.translation()
-        p_SC = R_WS @ self._tool.centre_of_mass
-        a_WC, w_WT, dw_WT = self._tool_acceleration(context, X_WS.translation() + p_SC)
-        load_moment, load_force = sensed_wrench.load_of_tool(
-            self._tool.mass,
-            p_SC,
-            R_WS @ self._tool.inertia @ R_WS.T,
-            self._mounting.gravity,
-            a_WC,
-            w_WT,
-            dw_WT,
-        )
-        force = R_WS @ reading[3:] - load_force
-        moment = R_WS @ reading[:3] - load_moment
-        p_SE = p_WE - X_WS.translation()
-        return np.concatenate((sensed_wrench.shifted_moment(moment, force, p_SE), force))
-
-    def _tool_acceleration(self, context: Context, p_WC: Array) -> tuple[Array, Array, Array]:
-        """Returns a_WC, ω, ω̇ of the tool as far as its inertial load is to be removed."""
-        if self._config.inertial_load == "plant":
-            index = int(self._mounting.tool_body)
-            p_WP = self.GetInputPort("body_poses").Eval(context)[index].translation()
-            V = self.GetInputPort("body_spatial_velocities").Eval(context)[index]
-            A = self.GetInputPort("body_spatial_accelerations").Eval(context)[index]
-            w, dw, a_WP = V.rotational(), A.rotational(), A.translational()
-        elif self._config.inertial_load == "reference":
-            motion = self.GetInputPort("reference_motion").Eval(context)
+    def _contact_wrench(self, context: Context, reading: Array, h: Array) -> None:
+        """Writes h in W about Eo from a reading in S."""
+        X_WT = self._poses.Eval(context)[self._tool_body]
+        motion = self._load_motion(context, X_WT)
+        if not self._wrench(reading, X_WT.GetAsMatrix34(), *self._load, motion, h):
+            self._check_reaction(reading)
             check_frame_motion(motion, f"{self.get_name()}:reference_motion")
-            p_WP, w = motion[POSITION], motion[ANGULAR_VELOCITY]
-            dw, a_WP = motion[ANGULAR_ACCELERATION], motion[LINEAR_ACCELERATION]
-        else:
-            return np.zeros(3), np.zeros(3), np.zeros(3)
-        return sensed_wrench.inertial_acceleration(a_WP, w, dw, p_WC - p_WP), w, dw
+
+    def _load_motion(self, context: Context, X_WT: RigidTransform) -> Array:
+        """Returns the motion with which the tool's inertial load is removed; zero for none."""
+        if self._config.inertial_load == "reference":
+            reference: Array = self._reference.Eval(context)
+            return reference
+        motion = np.zeros(FRAME_MOTION_SIZE)
+        motion[0] = 1.0
+        if self._config.inertial_load == "plant":
+            k = self._tool_body
+            V, A = self._velocities.Eval(context)[k], self._accelerations.Eval(context)[k]
+            motion[POSITION] = X_WT.translation()
+            motion[ANGULAR_VELOCITY] = V.rotational()
+            motion[ANGULAR_ACCELERATION] = A.rotational()
+            motion[LINEAR_ACCELERATION] = A.translational()
+        return motion

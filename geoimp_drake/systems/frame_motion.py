@@ -5,14 +5,25 @@ linear velocity v, angular acceleration ω̇ and linear acceleration v̇, all of
 expressed in W.
 """
 
-import math
-
 import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector
 
 from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.motion_vector import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    LINEAR_ACCELERATION,
+    LINEAR_VELOCITY,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    is_finite,
+)
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 
@@ -21,6 +32,7 @@ __all__ = [
     "ANGULAR_ACCELERATION",
     "ANGULAR_VELOCITY",
     "FRAME_MOTION_SIZE",
+    "FRAME_STATE_SIZE",
     "LINEAR_ACCELERATION",
     "LINEAR_VELOCITY",
     "POSITION",
@@ -33,16 +45,6 @@ __all__ = [
     "frame_motion_vector",
     "pose_of",
 ]
-
-FRAME_MOTION_SIZE = 19
-QUATERNION = slice(0, 4)
-POSITION = slice(4, 7)
-ANGULAR_VELOCITY = slice(7, 10)
-LINEAR_VELOCITY = slice(10, 13)
-VELOCITY = slice(7, 13)
-ANGULAR_ACCELERATION = slice(13, 16)
-LINEAR_ACCELERATION = slice(16, 19)
-ACCELERATION = slice(13, 19)
 
 FrameMotion = namedview(
     "FrameMotion",
@@ -75,11 +77,8 @@ def pose_of(motion: Array) -> RigidTransform:
 
 
 def check_signal(value: Array, port: str) -> None:
-    """Raises SignalError if a value at a port is NaN or infinite.
-
-    The sum of squares is NaN or infinite if any entry is: one cheap call in place of many tests.
-    """
-    if not math.isfinite(value.dot(value)):
+    """Raises SignalError if a value at a port is NaN or infinite."""
+    if not is_finite(value):
         bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
         raise SignalError(
             f"Port '{port}' got {bad or 'values that overflow when squared'} (index: value); every "

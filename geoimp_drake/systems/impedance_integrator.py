@@ -1,10 +1,10 @@
 """The six-DOF impedance: integrates the motion of the compliant frame C from D and the wrench."""
 
 import logging
+from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.containers import namedview
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -12,19 +12,22 @@ from pydrake.systems.framework import (
     EventStatus,
     LeafSystem,
     State,
-    ValueProducer,
 )
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws import coupled_stiffness, translational_impedance
+from geoimp_drake.laws.compliant_motion import (
+    compliant_motion,
+    frame_state_rate,
+    has_diverged,
+)
 from geoimp_drake.laws.families import OrientationImpedance
+from geoimp_drake.laws.orientation_impedance import overrides
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
-    ACCELERATION,
-    ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
-    FRAME_MOTION_SIZE,
-    LINEAR_ACCELERATION,
+    FRAME_STATE_SIZE,
     LINEAR_VELOCITY,
     POSITION,
     QUATERNION,
@@ -50,16 +53,10 @@ ImpedanceEnergy = namedview(
     + ["coupling_potential"],
 )
 
-# The state has the order of a frame motion, without its accelerations.
-_STATE_SIZE = ACCELERATION.start
-
 _log = logging.getLogger("drake")
 
 # From here on a family warns that its representation is about to fail.
 _ILL_CONDITIONED = 10.0
-
-# No arm is that far away or that fast [m, rad, m/s, rad/s].
-_DIVERGED = 1e6
 
 
 class ImpedanceIntegrator(LeafSystem):
@@ -104,6 +101,7 @@ class ImpedanceIntegrator(LeafSystem):
         input desired_motion: of D in W (19)
         input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
         input measured_motion: of E in W, read until the first step only (19)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output compliant_motion: of C in W (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
@@ -121,18 +119,28 @@ class ImpedanceIntegrator(LeafSystem):
         super().__init__()
         choice(axes, "impedance axes", AXES)
         self._M_p = spd_matrix(M_p, "M_p")
-        self._M_p_inverse = np.linalg.inv(self._M_p)
         self._D_p = spd_matrix(D_p, "D_p")
         self._K_p = spd_matrix(K_p, "K_p")
         self._rotation = rotation
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
-        self._translates = axes in ("both", "translation")
         self._rotates = axes in ("both", "rotation")
+        self._law, self._rate = _law_of(rotation), compiled(frame_state_rate)
+        self._normalized = compiled(quaternion.normalized)
+        self._gains: tuple[Array, ...] = (
+            np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
+            np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
+            np.zeros((3, 3)) if self._K_c is None else self._K_c,
+            np.array([axes in ("both", "translation"), self._rotates, self._K_c is not None]),
+        )
+        # Most families have neither a domain nor a conditioning of their own to look at.
+        self._has_domain = overrides(rotation, "check_domain")
+        self._has_conditioning = self._rotates and overrides(rotation, "conditioning")
         self._desired = self.DeclareVectorInputPort("desired_motion", frame_motion_vector())
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
         self._measured = self.DeclareVectorInputPort("measured_motion", frame_motion_vector())
+        self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
         # As declared it is zero, quaternion included: C has not started.
-        self.DeclareContinuousState(_STATE_SIZE)
+        self.DeclareContinuousState(FRAME_STATE_SIZE)
         self.DeclareDiscreteState(1)  # whether bad conditioning has been reported
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
@@ -141,17 +149,14 @@ class ImpedanceIntegrator(LeafSystem):
             self.xc_ticket(),
             *(self.input_port_ticket(port.get_index()) for port in self._inputs()),
         }
-        self._law = self.DeclareCacheEntry(
-            "motion of C",
-            ValueProducer(lambda: AbstractValue.Make(object()), self._calc_law),
-            law_inputs,
+        # The law's one evaluation for a state and its inputs is this port's value.
+        self._compliant = self.DeclareVectorOutputPort(
+            "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
         )
-        for name, model, calc in (
-            ("compliant_motion", frame_motion_vector(), self._calc_motion),
-            ("displacement", BasicVector(6), self._calc_displacement),
-            ("energy", BasicVector(len(ImpedanceEnergy.get_fields())), self._calc_energy),
-        ):
-            self.DeclareVectorOutputPort(name, model, calc, law_inputs)
+        self.DeclareVectorOutputPort("displacement", 6, self._calc_displacement, law_inputs)
+        self.DeclareVectorOutputPort(
+            "energy", len(ImpedanceEnergy.get_fields()), self._calc_energy, law_inputs
+        )
 
     def _checked_coupling(self, K_c: Array, axes: str) -> Array:
         if self._rotation.name != "quaternion" or axes != "both":
@@ -164,24 +169,24 @@ class ImpedanceIntegrator(LeafSystem):
         return coupling
 
     def _inputs(self) -> tuple:
-        return self._desired, self._wrench, self._measured
+        return self._desired, self._wrench, self._measured, self._scale
 
     def _stop(self, context: Context, state: State) -> EventStatus:
         """Forgets where C was. It starts with the first step: by then the joints have been read."""
-        state.get_mutable_continuous_state().SetFromVector(np.zeros(_STATE_SIZE))
+        state.get_mutable_continuous_state().SetFromVector(np.zeros(FRAME_STATE_SIZE))
         state.get_mutable_discrete_state().set_value([0.0])
         return EventStatus.Succeeded()
 
     def _check(self, context: Context) -> EventStatus:
         """Evaluates the law, so that initialization already refuses what it cannot use."""
-        self._law.Eval(context)
+        self._compliant.Eval(context)
         return EventStatus.Succeeded()
 
     def _start_or_normalize(self, context: Context, state: State) -> EventStatus:
         x = self._compliant_state(context)
-        x[QUATERNION] = quaternion.normalized(x[QUATERNION])
+        x[QUATERNION] = self._normalized(x[QUATERNION])
         state.get_mutable_continuous_state().SetFromVector(x)
-        if self._rotates and not context.get_discrete_state_vector().value()[0]:
+        if self._has_conditioning and not context.get_discrete_state_vector().value()[0]:
             self._watch_conditioning(context, x[QUATERNION], state)
         return EventStatus.Succeeded()
 
@@ -199,7 +204,7 @@ class ImpedanceIntegrator(LeafSystem):
         """Returns the state of C at rest on the measured pose of E."""
         measured = self._measured.Eval(context)
         check_frame_motion(measured, f"{self.get_name()}:measured_motion")
-        state: Array = measured[:_STATE_SIZE].copy()
+        state: Array = measured[:FRAME_STATE_SIZE].copy()
         state[VELOCITY] = 0.0
         return state
 
@@ -207,97 +212,72 @@ class ImpedanceIntegrator(LeafSystem):
         x: Array = context.get_continuous_state_vector().CopyToVector()
         return x if _has_started(x) else self._start_state(context)
 
-    def _calc_law(self, context: Context, value: AbstractValue) -> None:
-        """Computes the motion of C, accelerations included: the one evaluation per step."""
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        """Computes the motion of C, accelerations included."""
         desired = self._desired.Eval(context)
         wrench = self._wrench.Eval(context)
+        state = self._compliant_state(context)
+        if self._rotates and self._has_domain:
+            self._check_signals(desired, wrench, state)
+            self._rotation.check_domain(
+                desired[QUATERNION], quaternion.normalized(state[QUATERNION])
+            )
+        gains = self._gains
+        if self._scale.HasValue(context):
+            gains = self._scaled_gains(*self._scale.Eval(context))
+        if not self._law(state, desired, wrench, *gains, output.get_mutable_value()):
+            self._check_signals(desired, wrench, state)
+
+    def _scaled_gains(self, p: float, o: float) -> tuple[Array, ...]:
+        """Returns the gains with K_p and K_o multiplied by positive factors."""
+        if not (0 < p < np.inf and 0 < o < np.inf):
+            raise SignalError(
+                f"Port '{self.get_name()}:stiffness_scale' got {p:g} and {o:g}; both factors must "
+                f"be positive and finite."
+            )
+        translation, rotation = (gains.copy() for gains in self._gains[:2])
+        translation[2] *= p
+        rotation[2] *= o
+        return translation, rotation, *self._gains[2:]
+
+    def _check_signals(self, desired: Array, wrench: Array, state: Array) -> None:
+        """Raises SignalError, by name, for what the law cannot use."""
         check_frame_motion(desired, f"{self.get_name()}:desired_motion")
         check_signal(wrench, f"{self.get_name()}:wrench")
-        motion = np.empty(FRAME_MOTION_SIZE)
-        motion[:_STATE_SIZE] = self._checked(self._compliant_state(context))
-        motion[QUATERNION] = quaternion.normalized(motion[QUATERNION])
-        moment, force, K_p = wrench[:3], wrench[3:], self._K_p
-        if self._K_c is not None:
-            moment, force, K_p = coupled_stiffness.without_coupling(
-                desired[QUATERNION],
-                motion[QUATERNION],
-                desired[POSITION] - motion[POSITION],
-                moment,
-                force,
-                K_p,
-                self._K_c,
-            )
-        self._rotate(desired, moment, motion)
-        self._translate(desired, force, K_p, motion)
-        value.set_value(motion)
-
-    def _checked(self, state: Array) -> Array:
-        if not np.abs(state).max() < _DIVERGED:  # written so that NaN fails, too
+        if has_diverged(state):
             raise SignalError(
                 f"{self.get_name()}: the motion of C has diverged, an entry of its state is "
                 f"{state[np.argmax(np.abs(state))]:.3g}. The integration step must stay well below "
                 f"M/D; shorten the simulator's max_step_size, or lower the damping or raise the "
                 f"mass of the impedance."
             )
-        return state
-
-    def _rotate(self, desired: Array, moment: Array, motion: Array) -> None:
-        if not self._rotates:
-            for part in (QUATERNION, ANGULAR_VELOCITY, ANGULAR_ACCELERATION):
-                motion[part] = desired[part]
-            return
-        self._rotation.check_domain(desired[QUATERNION], motion[QUATERNION])
-        motion[ANGULAR_ACCELERATION] = self._rotation.angular_acceleration(
-            desired[QUATERNION],
-            desired[ANGULAR_VELOCITY],
-            desired[ANGULAR_ACCELERATION],
-            motion[QUATERNION],
-            motion[ANGULAR_VELOCITY],
-            moment,
-        )
-
-    def _translate(self, desired: Array, force: Array, K_p: Array, motion: Array) -> None:
-        if not self._translates:
-            for part in (POSITION, LINEAR_VELOCITY, LINEAR_ACCELERATION):
-                motion[part] = desired[part]
-            return
-        motion[LINEAR_ACCELERATION] = translational_impedance.compliant_acceleration(
-            desired[LINEAR_ACCELERATION],
-            desired[LINEAR_VELOCITY] - motion[LINEAR_VELOCITY],
-            desired[POSITION] - motion[POSITION],
-            force,
-            self._M_p_inverse,
-            self._D_p,
-            K_p,
-        )
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
-        motion = self._law.Eval(context)
-        rate = np.empty(_STATE_SIZE)
-        rate[QUATERNION] = quaternion.rate(motion[QUATERNION], motion[ANGULAR_VELOCITY])
-        rate[POSITION] = motion[LINEAR_VELOCITY]
-        rate[VELOCITY] = motion[ACCELERATION]
-        derivatives.SetFromVector(rate)
-
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._law.Eval(context))
+        derivatives.SetFromVector(self._rate(self._compliant.Eval(context)))
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:
-        C, D = self._law.Eval(context), self._desired.Eval(context)
+        C, D = self._compliant.Eval(context), self._desired.Eval(context)
         rotation = self._rotation.displacement(D[QUATERNION], C[QUATERNION])
         output.SetFromVector(np.concatenate((rotation, D[POSITION] - C[POSITION])))
 
     def _calc_energy(self, context: Context, output: BasicVector) -> None:
-        C, D = self._law.Eval(context), self._desired.Eval(context)
+        C, D = self._compliant.Eval(context), self._desired.Eval(context)
         wrench = self._wrench.Eval(context)
-        output.SetFromVector(
-            [
-                *self._translational_energy(C, D, wrench[3:]),
-                *self._rotational_energy(C, D, wrench),
-                self._coupling_energy(C, D),
-            ]
+        energy = ImpedanceEnergy(
+            np.array(
+                [
+                    *self._translational_energy(C, D, wrench[3:]),
+                    *self._rotational_energy(C, D, wrench),
+                    self._coupling_energy(C, D),
+                ]
+            )
         )
+        if self._scale.HasValue(context):
+            p, o = self._scale.Eval(context)
+            energy.translational_potential *= p
+            energy.rotational_potential *= o
+        output.SetFromVector(np.asarray(energy))
 
     def _coupling_energy(self, C: Array, D: Array) -> float:
         if self._K_c is None:
@@ -329,4 +309,15 @@ class ImpedanceIntegrator(LeafSystem):
 
 
 def _has_started(state: Array) -> bool:
-    return bool(state[0] != 0.0 or state[QUATERNION].any())
+    return bool(state[0] or state[1] or state[2] or state[3])
+
+
+def _law_of(rotation: OrientationImpedance) -> Callable[..., bool]:
+    """Returns the law of the whole impedance; in Python if the family's own is not compilable."""
+    if not overrides(rotation, "angular_acceleration"):
+        return compiled(compliant_motion(rotation.law))
+
+    def law(*state_and_gains: Array) -> Array:
+        return rotation.angular_acceleration(*state_and_gains[:6])
+
+    return compliant_motion(law)

@@ -1,23 +1,18 @@
 """The internal motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 from pydrake.systems.framework import Context
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.damped_pseudo_inverse import (
-    SingularityDamping,
-    damped_pseudo_inverse,
-    smallest_singular_value,
-)
-from geoimp_drake.laws.geometric_jacobian import jacobian_rate
-from geoimp_drake.laws.null_space_acceleration import coriolis_product, null_space_acceleration
-from geoimp_drake.laws.null_space_velocity import null_space_velocity_error
-from geoimp_drake.laws.pseudo_inverse import pseudo_inverse_rate
-from geoimp_drake.laws.task_velocity import task_velocity, task_velocity_rate
+from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.laws.internal_motion import internal_acceleration, internal_error
+from geoimp_drake.laws.null_space_acceleration import coriolis_product
 from geoimp_drake.systems.arm_derivatives import coriolis_forces, inertia_rate
 from geoimp_drake.systems.arm_model import ArmState
 from geoimp_drake.task_functions.task_function import Instant, TaskFunction
@@ -46,6 +41,12 @@ class InternalMotionGains:
     k_beta: float  # gain of the task function
     weight: tuple[Array, Array, Array] | None  # W, W⁻¹ and Ẇ = 0; None is W = B  (3.36)
     damping: SingularityDamping
+    error: Callable[..., tuple[float, Array, Array, Array, Array, Array]] = field(
+        default_factory=lambda: compiled(internal_error)
+    )
+    acceleration: Callable[..., Array] = field(
+        default_factory=lambda: compiled(internal_acceleration)
+    )
 
     @staticmethod
     def checked(
@@ -90,21 +91,37 @@ def evaluate_internal_motion(
         gains: K_n, k_β, weight and damping.
     """
     J, v = arm.Jv_V_WE, arm.v
-    B_inverse = np.linalg.inv(arm.B)
     dB = inertia_rate(model, scratch, arm.q, v)
-    W, W_inverse, dW = gains.weight or (arm.B, B_inverse, dB)
     task = task_function.evaluate(Instant(time, arm, start_posture, scratch))
-    # (3.33)
-    sigma = smallest_singular_value(J)
-    J_pinv, N = damped_pseudo_inverse(J, W_inverse, sigma, gains.damping)
-    dJ_pinv = pseudo_inverse_rate(J_pinv, N, jacobian_rate(J, v), W, W_inverse, dW)
-    # (3.39)
-    beta = task_velocity(gains.k_beta, B_inverse, task.gradient)
-    dbeta = task_velocity_rate(gains.k_beta, B_inverse, dB, beta, task.gradient_rate)
-    # (3.37)
-    e_n = null_space_velocity_error(N, beta, v)
+    # (3.33), (3.39), (3.37)
+    sigma, B_inverse, J_pinv, N, beta, e_n = gains.error(
+        J,
+        arm.B,
+        gains.weight[1] if gains.weight else arm.B,
+        gains.weight is None,
+        gains.damping.threshold,
+        gains.damping.factor,
+        gains.k_beta,
+        task.gradient,
+        v,
+    )
+    W, W_inverse, dW = gains.weight or (arm.B, B_inverse, dB)
     # (3.38)
     C_e = coriolis_product(partial(coriolis_forces, model, scratch), arm.Cv, v, e_n)
-    J_u = J @ (beta - v)
-    alpha_n = null_space_acceleration(N, dbeta, dJ_pinv, J_u, B_inverse, gains.K_n @ e_n, C_e)
+    alpha_n = gains.acceleration(
+        J,
+        v,
+        J_pinv,
+        N,
+        W,
+        W_inverse,
+        dW,
+        B_inverse,
+        dB,
+        gains.k_beta,
+        beta,
+        task.gradient_rate,
+        gains.K_n @ e_n,
+        C_e,
+    )
     return InternalMotion(J_pinv, alpha_n, e_n, sigma, task.value)

@@ -6,9 +6,11 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
-from geoimp_drake.laws.inverse_dynamics import inverse_dynamics
+from geoimp_drake.laws.inverse_dynamics import actuation, peak_effort
 from geoimp_drake.systems.frame_motion import check_signal
+from geoimp_drake.typing import Array
 
 __all__ = ["InverseDynamicsInnerLoop"]
 
@@ -39,6 +41,8 @@ class InverseDynamicsInnerLoop(LeafSystem):
     def __init__(self, model: ControlModel, period: float = 1e-3):
         super().__init__()
         self._model = model
+        self._limits = model.effort_limits[model.actuation_order]
+        self._law, self._peak_effort = compiled(actuation), compiled(peak_effort)
         n = model.num_joints
         self._alpha = self.DeclareVectorInputPort("joint_acceleration", n)
         self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
@@ -59,24 +63,25 @@ class InverseDynamicsInnerLoop(LeafSystem):
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
         arm, h = self._arm.Eval(context), self._wrench.Eval(context)
         alpha = self._alpha.Eval(context)
-        check_signal(h, f"{self.get_name()}:wrench")
-        check_signal(alpha, f"{self.get_name()}:joint_acceleration")
-        torque = inverse_dynamics(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h)
-        output.SetFromVector(torque[self._model.actuation_order])
+        order, u = self._model.actuation_order, output.get_mutable_value()
+        if not self._law(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u):
+            check_signal(h, f"{self.get_name()}:wrench")
+            check_signal(alpha, f"{self.get_name()}:joint_acceleration")
 
     def _calc_peak(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state_vector().value())
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
-        order = self._model.actuation_order
-        limits = self._model.effort_limits[order]
         torque = self._torque.Eval(context)
         before = context.get_discrete_state_vector().value()
-        peak = np.maximum(before, np.abs(torque) / limits)
-        state.get_mutable_discrete_state().set_value(peak)
-        for i in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
+        peak = state.get_mutable_discrete_state().get_mutable_value()
+        if self._peak_effort(torque, self._limits, before, peak):
+            self._report(context.get_time(), torque, np.flatnonzero((before <= 1) & (peak > 1)))
+
+    def _report(self, time: float, torque: Array, saturated: Array) -> None:
+        for i in saturated:
+            joint = self._model.joint_names[self._model.actuation_order[i]]
             _log.warning(
-                f"{self.get_name()}: joint '{self._model.joint_names[order[i]]}' saturates at "
-                f"t = {context.get_time():.3f} s: {torque[i]:.1f} asked, the limit is "
-                f"±{limits[i]:g}; the plant clamps it."
+                f"{self.get_name()}: joint '{joint}' saturates at t = {time:.3f} s: "
+                f"{torque[i]:.1f} asked, the limit is ±{self._limits[i]:g}; the plant clamps it."
             )

@@ -4,19 +4,17 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.laws.families import make_family
 from geoimp_drake.laws.orientation_control import orientation_law
-from geoimp_drake.laws.position_control import position_acceleration
+from geoimp_drake.laws.orientation_impedance import overrides
+from geoimp_drake.laws.tracking_acceleration import tracking_acceleration
 from geoimp_drake.systems.frame_motion import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_VELOCITY,
-    LINEAR_ACCELERATION,
-    LINEAR_VELOCITY,
-    POSITION,
     QUATERNION,
     check_frame_motion,
     frame_motion_vector,
 )
+from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive
 
 __all__ = ["MotionController"]
@@ -61,12 +59,13 @@ class MotionController(LeafSystem):
         super().__init__()
         for name, value in (("K_Pp", K_Pp), ("K_Dp", K_Dp), ("K_Po", K_Po), ("K_Do", K_Do)):
             positive(value, name)
-        self._K_Pp, self._K_Dp, self._K_Po, self._K_Do = (
-            k * np.eye(3) for k in (K_Pp, K_Dp, K_Po, K_Do)
+        self._law = compiled(tracking_acceleration(orientation_law(orientation)))
+        self._gains = tuple(
+            np.array([k * np.eye(3) for k in part]) for part in ((K_Do, K_Po), (K_Dp, K_Pp))
         )
-        self._orientation = orientation_law(orientation)
         # The family of the same name knows where the orientation error is defined.
         self._family = make_family(orientation, np.eye(3), np.eye(3), np.eye(3))
+        self._has_domain = overrides(self._family, "check_domain")
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
         self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         self.DeclareVectorOutputPort(
@@ -77,24 +76,13 @@ class MotionController(LeafSystem):
         )
 
     def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
-        arm = self._arm.Eval(context)
-        motion = self._reference.Eval(context)
+        arm, motion = self._arm.Eval(context), self._reference.Eval(context)
+        if self._has_domain:
+            self._check(motion)
+            self._family.check_domain(motion[QUATERNION], arm.Q_WE)
+        a = output.get_mutable_value()
+        if not self._law(motion, arm.Q_WE, arm.p_WE, arm.V_WE, *self._gains, a):
+            self._check(motion)
+
+    def _check(self, motion: Array) -> None:
         check_frame_motion(motion, f"{self.get_name()}:reference_motion")
-        self._family.check_domain(motion[QUATERNION], arm.Q_WE)
-        a_o = self._orientation(
-            motion[QUATERNION],
-            motion[ANGULAR_VELOCITY],
-            motion[ANGULAR_ACCELERATION],
-            arm.Q_WE,
-            arm.V_WE[:3],
-            self._K_Do,
-            self._K_Po,
-        )
-        a_p = position_acceleration(
-            motion[LINEAR_ACCELERATION],
-            motion[LINEAR_VELOCITY] - arm.V_WE[3:],
-            motion[POSITION] - arm.p_WE,
-            self._K_Dp,
-            self._K_Pp,
-        )
-        output.SetFromVector(np.concatenate((a_o, a_p)))

@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 
 from geoimp_drake.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping, smallest_singular_value
+from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.laws.redundant_acceleration import redundant_acceleration
 from geoimp_drake.laws.resolved_acceleration import resolved_acceleration
 from geoimp_drake.systems.frame_motion import check_signal
@@ -97,10 +98,12 @@ class RedundancyResolver(LeafSystem):
         self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         arm = self.input_port_ticket(self._arm.get_index())
         # The posture from which targets may start; NaN until the first step. It is not kept at
-        # initialization: the joint readings are taken anew in the same instant.
+        # initialization: the joint readings are taken anew in the same instant. Six joints have no
+        # internal motion that could need it.
         start = self.DeclareDiscreteState(np.full(n, np.nan))
-        self.DeclareInitializationDiscreteUpdateEvent(self._forget_start_posture)
-        self.DeclarePerStepDiscreteUpdateEvent(self._keep_start_posture)
+        if n > TASK_DIMENSION:
+            self.DeclareInitializationDiscreteUpdateEvent(self._forget_start_posture)
+            self.DeclarePerStepDiscreteUpdateEvent(self._keep_start_posture)
         self._scratch = self.DeclareCacheEntry(
             "scratch context of the control model",
             ValueProducer(
@@ -151,7 +154,8 @@ class RedundancyResolver(LeafSystem):
 
     def _task_acceleration(self, context: Context) -> Array:
         a: Array = self._a.Eval(context)
-        check_signal(a, f"{self.get_name()}:task_acceleration")
+        if not is_finite(a):
+            check_signal(a, f"{self.get_name()}:task_acceleration")
         return a
 
     def _calc_six(self, context: Context, output: BasicVector) -> None:
@@ -173,7 +177,7 @@ class RedundancyResolver(LeafSystem):
     def _calc_internal(self, context: Context, value: AbstractValue) -> None:
         arm = self._arm.Eval(context)
         start = context.get_discrete_state_vector().value()
-        scratch = self._scratch.get_mutable_cache_entry_value(context).GetMutableValueOrThrow()
+        scratch = self._scratch.Eval(context)
         value.set_value(
             evaluate_internal_motion(
                 self._model,

@@ -3,7 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.joint_reading import next_reading
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 
@@ -50,6 +52,7 @@ class VelocityEstimator(LeafSystem):
             )
         self._n = num_positions
         self._period = period
+        self._law = compiled(next_reading)
         self._differenced = velocity == "differenced"
         self._state = self.DeclareVectorInputPort("state", 2 * num_positions)
         # The held reading and, last, how many there have been: none, the first, more.
@@ -76,16 +79,15 @@ class VelocityEstimator(LeafSystem):
         return EventStatus.Succeeded()
 
     def _next_reading(self, context: Context, state: DiscreteValues) -> None:
-        reading, held = self._read(context), context.get_discrete_state_vector().value()
-        n = self._n
-        change = reading[:n] - held[:n]
-        # At the first instant nothing is known about the time between the held reading and this
-        # one: a plant with sampled output ports has made one of its own steps, another none.
-        if self._differenced and held[-1] > 1:
-            reading = np.concatenate((reading[:n], change / self._period))
-        state.set_value(np.append(reading, 2.0))
+        reading = self._state.Eval(context)
+        held, after = context.get_discrete_state_vector().value(), state.get_mutable_value()
+        if not self._law(reading, held, self._period, self._differenced, after):
+            self._check(reading)
 
     def _read(self, context: Context) -> Array:
         reading: Array = self._state.Eval(context)
-        check_signal(reading, f"{self.get_name()}:state")
+        self._check(reading)
         return reading
+
+    def _check(self, reading: Array) -> None:
+        check_signal(reading, f"{self.get_name()}:state")

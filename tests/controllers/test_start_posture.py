@@ -68,7 +68,21 @@ def test_a_posture_outside_the_joint_limits_is_refused_with_joint_and_limits() -
 
 
 def test_a_pose_out_of_reach_is_refused_with_the_position() -> None:
-    check_refused(StartConfig(position=np.array([5.0, 0.0, 0.0])), "[5.0, 0.0, 0.0]", "start.guess")
+    start = StartConfig(position=np.array([5.0, 0.0, 0.0]), guess=np.zeros(6))
+    check_refused(start, "[5.0, 0.0, 0.0]", "start.guess")
+    check_refused(
+        StartConfig(position=np.array([5.0, 0.0, 0.0])), "[5.0, 0.0, 0.0]", "within reach"
+    )
+
+
+def test_without_a_guess_a_posture_is_found_by_itself() -> None:
+    model, _, X_WE = arm_model()
+    attitude = xyz_angles_deg(X_WE.rotation().matrix())
+    _, X = start_posture(model, StartConfig(position=X_WE.translation(), attitude_deg=attitude))
+    np.testing.assert_allclose(X.translation(), X_WE.translation(), atol=1e-4)
+    anywhere, _ = start_posture(model, StartConfig(position=None))
+    lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    assert ((anywhere > lower + 0.05) & (anywhere < upper - 0.05)).all()
 
 
 @pytest.mark.parametrize("posture", [[0.1] * 5, [0.1] * 7, [0.1, 0.2, np.nan, 0.4, 0.5, 0.6]])

@@ -7,6 +7,7 @@ from impedance_rig import (
     D_P,
     K_O,
     K_P,
+    M_O,
     M_P,
     X_WD,
     at_rest,
@@ -321,3 +322,31 @@ def test_motion_has_nineteen_entries_in_every_part_of_the_state() -> None:
     impedance = make_impedance()
     assert impedance.CreateDefaultContext().num_continuous_states() == ACCELERATION.start
     assert impedance.GetOutputPort("compliant_motion").size() == FRAME_MOTION_SIZE
+
+
+# A stiffness that is changed on the way.
+
+FACTORS = (2.0, 0.5)
+
+
+@pytest.mark.parametrize("family", ["quaternion", "alternative-euler"])
+@pytest.mark.parametrize("port", ["compliant_motion", "energy"])
+def test_a_scaled_stiffness_is_that_of_scaled_gains(family: str, port: str) -> None:
+    p, o = FACTORS
+    given = ImpedanceIntegrator(M_P, D_P, p * K_P, make_family(family, M_O, D_O, o * K_O))
+    scaled = make_impedance(family)
+    values = []
+    for impedance, inputs in ((given, {}), (scaled, {"stiffness_scale": FACTORS})):
+        context = impedance.CreateDefaultContext()
+        fix(impedance, context, measured_motion=frame_motion_at_rest(TWISTED), **inputs)
+        values.append(impedance.GetOutputPort(port).Eval(context).copy())
+    np.testing.assert_allclose(values[1], values[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("factors", [(0.0, 1.0), (1.0, -2.0), (np.nan, 1.0), (np.inf, 1.0)])
+def test_a_factor_of_the_stiffness_that_is_not_positive_is_refused(factors) -> None:
+    impedance = make_impedance()
+    context = impedance.CreateDefaultContext()
+    fix(impedance, context, stiffness_scale=factors)
+    with pytest.raises(SignalError, match=r"stiffness_scale.*must be positive"):
+        impedance.GetOutputPort("compliant_motion").Eval(context)

@@ -11,16 +11,23 @@ import pytest
 from impedance_rig import make_impedance
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import LeafSystem, PortDataType, System
+from pydrake.trajectories import PiecewisePolynomial
 
 import geoimp_drake
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
-from geoimp_drake.diagrams.cell import END_EFFECTOR, SIX, add_cell
+from geoimp_drake.cooperative_controller import make_cooperative_controller
+from geoimp_drake.diagrams.cell import END_EFFECTOR, FLANGE, SIX, add_cell
+from geoimp_drake.models import package_map
+from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
 from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
+from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
 from geoimp_drake.systems.desired_motion import DesiredMotion
 from geoimp_drake.systems.external_wrench import ExternalWrench, WrenchRamp
 from geoimp_drake.systems.force_torque_sensor import (
@@ -30,10 +37,17 @@ from geoimp_drake.systems.force_torque_sensor import (
     WristSensorConfig,
 )
 from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.systems.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
+from geoimp_drake.systems.industrial_controller import (
+    IndustrialController,
+    make_industrial_controller,
+)
+from geoimp_drake.systems.internal_impedance import InternalImpedance, InternalImpedanceConfig
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.motion_controller import MotionController
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.systems.velocity_estimator import VelocityEstimator
 
 Port = tuple[str, str, str | None]  # direction, name, size as printed
@@ -60,18 +74,30 @@ def held_sensor() -> ForceTorqueSensor:
     return ForceTorqueSensor(mounting, ToolLoad(), WristSensorConfig())
 
 
+def industrial_controller() -> IndustrialController:
+    return make_industrial_controller(*six_joint_plant(), PiecewisePolynomial(np.zeros(6)))
+
+
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
+    CooperativeKinematics: (CooperativeKinematics, 0),
+    CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
     ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
     ForceTorqueSensor: (held_sensor, 0),
     FrameMotionSensor: (lambda: FrameMotionSensor(six_joint_plant()[2]), 0),
+    GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
+    IndustrialController: (industrial_controller, 6),
+    InternalImpedance: (lambda: InternalImpedanceConfig().make(), 0),
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
+    ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     VelocityEstimator: (lambda: VelocityEstimator(9), 9),
+    PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
+    StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),
     FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
     WrenchArrow: (lambda: WrenchArrow(Meshcat()), 0),
 }
@@ -146,6 +172,23 @@ def test_ports_of_the_controller_are_those_of_its_docstring() -> None:
     controller = make_impedance_controller(*six_joint_plant())
     documented = documented_ports(make_impedance_controller.__doc__ or "")
     assert with_numbers(documented, 6) == real_ports(controller)
+
+
+def test_ports_of_the_cooperative_controller_are_those_of_its_docstring() -> None:
+    plant = MultibodyPlant(1e-3)
+    arms = []
+    for name, x in (("first", 0.0), ("second", 2.0)):
+        parser = Parser(plant, name)
+        parser.package_map().AddMap(package_map())
+        (arm,) = parser.AddModels(url="package://geoimp_models/six_joint_arm.urdf")
+        base = plant.GetFrameByName("base", arm)
+        plant.WeldFrames(plant.world_frame(), base, RigidTransform([x, 0.0, 0.0]))
+        arms.append(arm)
+    plant.Finalize()
+    hands = [plant.GetFrameByName(FLANGE, arm) for arm in arms]
+    documented = documented_ports(make_cooperative_controller.__doc__ or "")
+    real = real_ports(make_cooperative_controller(plant, arms, hands))
+    assert with_numbers(documented, 6) == real
 
 
 @pytest.mark.parametrize(

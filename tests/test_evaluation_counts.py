@@ -1,0 +1,89 @@
+"""How often laws, arm and ports are evaluated in a step: counted, so that no test is timed."""
+
+from collections import Counter
+
+import pytest
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import InputPort, LeafSystem, OutputPort
+
+from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+from geoimp_drake.systems import arm_model, redundancy_resolver
+from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.desired_motion import DesiredMotion
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
+from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.motion_controller import MotionController
+from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.velocity_estimator import VelocityEstimator
+
+LAWS: dict[type[LeafSystem], tuple[str, ...]] = {
+    ArmModel: ("_calc_arm", "_calc_motion"),
+    DesiredMotion: ("_calc_motion",),
+    ForceTorqueSensor: ("_sample", "_calc_true"),
+    ImpedanceIntegrator: ("_calc_motion", "DoCalcTimeDerivatives", "_calc_energy"),
+    InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
+    MotionController: ("_calc_acceleration",),
+    RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
+    VelocityEstimator: ("_next_reading",),
+}
+# In one step, for any arm. The impedance's motion is needed four times: for the torque, for the
+# sensor's load after the state was normalized, and at both ends of the integrator's step. D moves
+# with time alone, which has two values.
+EXPECTED = {
+    "ArmModel._calc_arm": 1,
+    "DesiredMotion._calc_motion": 2,
+    "ForceTorqueSensor._sample": 1,
+    "ImpedanceIntegrator._calc_motion": 4,
+    "ImpedanceIntegrator.DoCalcTimeDerivatives": 2,
+    "InverseDynamicsInnerLoop._calc_torque": 1,
+    "InverseDynamicsInnerLoop._compare_with_limits": 1,
+    "MotionController._calc_acceleration": 1,
+    "VelocityEstimator._next_reading": 1,
+}
+SIX = {"RedundancyResolver._calc_six": 1}
+SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
+
+
+def counted(monkeypatch, owner: object, method: str, name: str, calls: Counter) -> None:
+    original = getattr(owner, method)
+
+    def counting(*arguments, **keywords):
+        calls[name] += 1
+        return original(*arguments, **keywords)
+
+    monkeypatch.setattr(owner, method, counting)
+
+
+def calls_per_step(monkeypatch, experiment: str) -> dict[str, float]:
+    """Returns what is called in a step of an experiment in free motion, logging off."""
+    calls: Counter = Counter()
+    for system, methods in LAWS.items():
+        for method in methods:
+            counted(monkeypatch, system, method, f"{system.__name__}.{method}", calls)
+    counted(monkeypatch, arm_model, "evaluate_arm", "arms", calls)
+    counted(monkeypatch, redundancy_resolver, "evaluate_internal_motion", "internal", calls)
+    for port in (InputPort, OutputPort):
+        counted(monkeypatch, port, "Eval", "ports", calls)
+    chosen = get_experiment(experiment)
+    setup = chosen.build(chosen.scenario((), ("log_period=1e6",)))
+    simulator = Simulator(setup.diagram)
+    ApplySimulatorConfig(setup.scenario.simulator, simulator)
+    simulator.AdvanceTo(0.01)
+    calls.clear()
+    simulator.AdvanceTo(0.06)
+    steps = calls["VelocityEstimator._next_reading"]
+    assert 50 <= steps <= 51  # times are sums of rounded steps
+    return {name: count / steps for name, count in calls.items()}
+
+
+@pytest.mark.parametrize(
+    ("experiment", "own", "internal", "ports"),
+    [("plexiglas", SIX, 0, 23), ("redundancy", SEVEN, 1, 24)],
+)
+def test_evaluations_in_a_step(monkeypatch, experiment, own, internal, ports) -> None:
+    calls = calls_per_step(monkeypatch, experiment)
+    assert calls.pop("arms") == 1
+    assert calls.pop("internal", 0) == internal
+    assert calls.pop("ports") == ports
+    assert calls == {**EXPECTED, **own}
