@@ -1,0 +1,1 @@
+"""Motion programs of an industrial control unit: moves as data, planning them, reading PDL 2."""
