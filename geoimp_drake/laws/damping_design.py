@@ -1,0 +1,56 @@
+"""Damping that knows the inertia: every mode of M and K gets the same damping ratio.
+
+With M = AAᵀ and K = A Λ Aᵀ, Λ = diag(ω_i²), the motion x = A⁻ᵀξ of M ẍ + D ẋ + K x = f falls apart
+into modes ξ̈_i + 2ζω_i ξ̇_i + ω_i² ξ_i = (A⁻¹f)_i exactly if D = 2ζ A Λ^½ Aᵀ. M and K need not share
+their axes, as those of an arm, or of a tool that is longer than it is wide, seldom do. Floats only.
+"""
+
+import numpy as np
+
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import positive, spd_matrix
+
+__all__ = ["damping_for_ratio", "natural_modes"]
+
+
+def damping_for_ratio(M: Array, K: Array, zeta: float) -> Array:
+    """Returns D = 2ζ A Λ^½ Aᵀ (n, n), with which every mode of M, D, K has the damping ratio ζ.
+
+    For scalars it is 2ζ√(MK). In contact the stiffness of the environment adds to K.
+
+    Args:
+        M: mass (n, n), symmetric positive definite [kg or kg m²].
+        K: stiffness (n, n), symmetric positive definite [N/m or Nm/rad].
+        zeta: ζ, 1 for critical damping.
+
+    Returns:
+        The damping, symmetric positive definite [Ns/m or Nms/rad].
+
+    Raises:
+        ConfigurationError: M or K is not symmetric positive definite, or not of the same size; ζ
+            is not positive.
+    """
+    positive(zeta, "zeta")
+    w, A = natural_modes(M, K)
+    D = (A * (2.0 * zeta * w)) @ A.T
+    return 0.5 * (D + D.T)
+
+
+def natural_modes(M: Array, K: Array) -> tuple[Array, Array]:
+    """Returns the natural frequencies ω (n,), ascending [rad/s], and A with M = AAᵀ, K = A Λ Aᵀ.
+
+    The columns of A⁻ᵀ are the shapes of the modes.
+
+    Args:
+        M: mass (n, n), symmetric positive definite.
+        K: stiffness (n, n), symmetric positive definite.
+
+    Raises:
+        ConfigurationError: M or K is not symmetric positive definite, or not of the same size.
+    """
+    size = len(np.atleast_1d(M))
+    L = np.linalg.cholesky(spd_matrix(M, "M", size))
+    K = spd_matrix(K, "K", size)
+    # L⁻¹ K L⁻ᵀ has the eigenvalues of M⁻¹K, and orthonormal eigenvectors.
+    squares, V = np.linalg.eigh(np.linalg.solve(L, np.linalg.solve(L, K).T))
+    return np.sqrt(squares), L @ V

@@ -1,0 +1,148 @@
+"""Notices from the hands' wrenches that a grasp has opened."""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.frame_motion import check_signal
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import positive
+
+__all__ = ["GRASP_CLOSED", "GraspMonitor", "GraspMonitorConfig"]
+
+_log = logging.getLogger("drake")
+
+_HANDS = ("first", "second")
+
+# The time of an event that has not happened [s].
+GRASP_CLOSED = -1.0
+
+
+@dataclass
+class GraspMonitorConfig:
+    """When a grasp counts as opened."""
+
+    enabled: bool = True
+    force_threshold: float = 4.0  # of a hand that holds nothing: below it, and [N]
+    moment_threshold: float = 1.0  # below this [Nm]
+    loaded: float = 2.5  # multiple of the thresholds above which a hand holds something
+    fall_time: float = 0.005  # longest time from holding something to holding nothing [s]
+    dwell: float = 0.010  # how long it has to hold nothing then [s]
+
+    def validate(self, name: str = "monitor") -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        positive(self.force_threshold, f"{name}.force_threshold", "N")
+        positive(self.moment_threshold, f"{name}.moment_threshold", "Nm")
+        positive(self.loaded - 1.0, f"{name}.loaded minus one")
+        positive(self.fall_time, f"{name}.fall_time", "s")
+        positive(self.dwell, f"{name}.dwell", "s")
+        if (self.loaded - 1.0) * self.dwell <= 2.0 * self.fall_time:
+            raise ConfigurationError(
+                f"{name}: ({self.loaded:g} − 1) × dwell {self.dwell:g} s is not above 2 × "
+                f"fall_time {self.fall_time:g} s, so a force that passes through zero evenly could "
+                f"be taken for an opened grasp. Raise loaded or dwell, or lower fall_time."
+            )
+
+    def make(self, period: float = 1e-3, name: str = "monitor") -> "GraspMonitor":
+        """Returns the system."""
+        self.validate(name)
+        return GraspMonitor(self, period)
+
+
+class GraspMonitor(LeafSystem):
+    """Reports a hand whose wrench falls to nothing at once: its grasp has opened.
+
+    With the size s = max(‖f‖/f_t, ‖μ‖/μ_t) of a hand's wrench, its grasp counts as opened when s
+    has fallen from `loaded` to below 1 within `fall_time` and has stayed below 1 for `dwell`. A
+    force that passes through zero evenly, as when a contact takes over the weight, is not reported
+    at any rate: slow ones take longer than `fall_time`, fast ones are through within `dwell`.
+    Detection takes the fall, `dwell` and one sample: at most `fall_time` + `dwell` + one period.
+
+    A grasp that carries nothing cannot be told from one that is open: if s is below `loaded` when
+    the grasp opens, nothing is reported.
+
+    The report is latched until the simulator is initialized again, and logged by Drake's logger.
+
+    Args:
+        config: thresholds.
+        period: sampling period [s].
+
+    Raises:
+        ConfigurationError: a field cannot be used.
+        SignalError: a wrench is NaN or infinite.
+
+    Ports:
+        input wrench_1: h = [μ; f] by the first hand on the object, about its own origin (6)
+        input wrench_2: the same by the second (6)
+        output opened: 1 for a hand whose grasp has opened, else 0; and the time, −1 for none (3)
+    """
+
+    def __init__(self, config: GraspMonitorConfig | None = None, period: float = 1e-3):
+        super().__init__()
+        self._config = config or GraspMonitorConfig()
+        self._config.validate()
+        positive(period, "sampling.period", "s")
+        if self._config.fall_time < period:
+            raise ConfigurationError(
+                f"monitor.fall_time is {self._config.fall_time:g} s, less than the sampling period "
+                f"of {period:g} s: no fall is that fast. Give several periods."
+            )
+        self._wrenches = [self.DeclareVectorInputPort(f"wrench_{k}", 6) for k in (1, 2)]
+        # For each hand the time since it was loaded, and since it was last not empty [s].
+        self._start = np.array([np.inf, np.inf, 0.0, 0.0])
+        self._times = self.DeclareDiscreteState(self._start)
+        self._opened = self.DeclareDiscreteState(np.array([0.0, 0.0, GRASP_CLOSED]))
+        self._period = period
+        self.DeclareVectorOutputPort(
+            "opened", 3, self._calc_opened, {self.discrete_state_ticket(self._opened)}
+        )
+        self.DeclareInitializationDiscreteUpdateEvent(self._reset)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._watch)
+
+    def _calc_opened(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._opened).value())
+
+    def _reset(self, context: Context, state: DiscreteValues) -> None:
+        state.set_value(self._times, self._start)
+        state.set_value(self._opened, [0.0, 0.0, GRASP_CLOSED])
+
+    def _watch(self, context: Context, state: DiscreteValues) -> None:
+        times = context.get_discrete_state(self._times).value()
+        since_loaded, empty = times[:2] + self._period, times[2:] + self._period
+        size = self._sizes(context)
+        since_loaded[size >= self._config.loaded] = 0.0
+        empty[size >= 1.0] = 0.0
+        state.set_value(self._times, np.concatenate((since_loaded, empty)))
+        # From the first empty sample on; half a period more or less is rounding.
+        held_empty = empty - self._period
+        fell = since_loaded - held_empty < self._config.fall_time + 0.5 * self._period
+        self._latch(context, state, fell & (held_empty > self._config.dwell - 0.5 * self._period))
+
+    def _sizes(self, context: Context) -> Array:
+        """Returns the size of both wrenches as a multiple of the thresholds."""
+        sizes = np.empty(2)
+        for k, port in enumerate(self._wrenches):
+            h = port.Eval(context)
+            check_signal(h, f"{self.get_name()}:{port.get_name()}")
+            sizes[k] = max(
+                np.sqrt(h[3:] @ h[3:]) / self._config.force_threshold,
+                np.sqrt(h[:3] @ h[:3]) / self._config.moment_threshold,
+            )
+        return sizes
+
+    def _latch(self, context: Context, state: DiscreteValues, opened: Array) -> None:
+        before = context.get_discrete_state(self._opened).value()
+        new = opened & (before[:2] == 0.0)
+        if not new.any():
+            return
+        time = context.get_time() if before[2] == GRASP_CLOSED else before[2]
+        state.set_value(self._opened, np.append(np.maximum(before[:2], new), time))
+        for k in np.flatnonzero(new):
+            _log.warning(
+                f"{self.get_name()}: the grasp of the {_HANDS[k]} hand has opened, seen at "
+                f"t = {context.get_time():.3f} s: its wrench fell below "
+                f"{self._config.force_threshold:g} N and {self._config.moment_threshold:g} Nm."
+            )
