@@ -1,0 +1,1 @@
+"""Robots from URDF, SDF and MJCF files as the world publishes them, made ready for impedance."""

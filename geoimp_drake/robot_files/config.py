@@ -1,0 +1,82 @@
+"""A robot of the user's own in a scenario's YAML."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.geometry import GEOMETRY
+from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
+from geoimp_drake.rotations import euler
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, finite_vector
+
+__all__ = ["RobotConfig"]
+
+_POSES = ("offset_position", "offset_attitude_deg", "base_position", "base_attitude_deg")
+
+
+@dataclass
+class RobotConfig:
+    """A robot from a file; attitudes are XYZ Euler angles."""
+
+    file: str = ""  # URDF, SDF or MJCF
+    end_effector: str = ""  # its link, frame or site F
+    offset_position: Array = field(default_factory=lambda: np.zeros(3))  # of E in F [m]
+    offset_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
+    sensor_joint: str | None = None  # a fixed joint; otherwise one is found or put there
+    packages: dict[str, str] = field(default_factory=dict)  # folders of package:// names
+    geometry: str = "convert"  # or keep, leave-out
+    base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
+    base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
+
+    def validate(self, name: str = "robot") -> None:
+        """Raises ConfigurationError if a field cannot be used.
+
+        What is in the file is checked by `load`.
+
+        Args:
+            name: of this part of the scenario, for the error.
+        """
+        for key, what in (("file", "a URDF, SDF or MJCF file"), ("end_effector", "a link's name")):
+            if not getattr(self, key):
+                raise ConfigurationError(f"{name}.{key} is empty; give {what}.")
+        choice(self.geometry, f"{name}.geometry", GEOMETRY)
+        for key in _POSES:
+            finite_vector(getattr(self, key), f"{name}.{key}", 3)
+
+    def load(
+        self, plant: MultibodyPlant, name: str = "robot", folder: Path | None = None
+    ) -> LoadedRobot:
+        """Adds the robot to a plant, see `load_robot`.
+
+        Args:
+            plant: not finalized.
+            name: of the model instance.
+            folder: where relative paths start, that of the YAML file; the current one by default.
+
+        Raises:
+            ConfigurationError: as `validate` and `load_robot`.
+            ModelError: as `load_robot`.
+        """
+        self.validate()
+        start = folder or Path()
+        return load_robot(
+            start / Path(self.file).expanduser(),
+            plant,
+            end_effector=self.end_effector,
+            name=name,
+            offset=_pose(self.offset_position, self.offset_attitude_deg),
+            sensor_joint=self.sensor_joint,
+            base_pose=_pose(self.base_position, self.base_attitude_deg),
+            packages={key: start / Path(p).expanduser() for key, p in self.packages.items()},
+            geometry=self.geometry,
+        )
+
+
+def _pose(position: Array, attitude_deg: Array) -> RigidTransform:
+    R = euler.to_rotation(np.deg2rad(np.asarray(attitude_deg, dtype=float)))
+    return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), position)

@@ -1,0 +1,245 @@
+"""Adding a robot of the user's own to a plant, whatever its description leaves open."""
+
+import contextlib
+import logging
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, WeldJoint
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.errors import ModelError
+from geoimp_drake.robot_files.assembly import ArmAssembly
+from geoimp_drake.robot_files.description import Description, read_description
+from geoimp_drake.robot_files.geometry import GEOMETRY, leave_out_geometry, place_meshes
+from geoimp_drake.robot_files.inertia import (
+    DENSITY,
+    check_inertias,
+    estimate_inertia,
+    links_without_mass,
+    set_inertia,
+)
+from geoimp_drake.robot_files.packages import find_package
+from geoimp_drake.robot_files.parsing import find_frame, parse
+from geoimp_drake.validation import choice
+
+__all__ = ["LoadedRobot", "load_robot"]
+
+_log = logging.getLogger("drake")
+
+# An inertia [kg m² or kg] below this fraction of the arm's largest counts as none.
+_NO_INERTIA = 1e-12
+
+
+@dataclass(frozen=True)
+class LoadedRobot:
+    """A robot in its plant.
+
+    Attributes:
+        model_instance: the robot, an arm whose every joint has an actuator.
+        end_effector_frame: E.
+        sensor_joint: the weld whose reaction force a wrist sensor reads, see `add_wrist_sensor`.
+            Give that sensor `inertial_load: plant` or `reference`: what it carries may be as heavy
+            as the link that carries it, and its inertia would be taken for contact.
+        changes: what had to be done to the robot, one phrase each.
+    """
+
+    model_instance: ModelInstanceIndex
+    end_effector_frame: Frame
+    sensor_joint: WeldJoint
+    changes: tuple[str, ...]
+
+
+def load_robot(
+    file: str | Path,
+    plant: MultibodyPlant,
+    *,
+    end_effector: str,
+    name: str = "robot",
+    offset: RigidTransform | None = None,
+    sensor_joint: str | None = None,
+    base_pose: RigidTransform | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+    geometry: str = "convert",
+    cache: Path | None = None,
+) -> LoadedRobot:
+    """Adds a robot from a URDF, SDF or MJCF file to a plant, ready for `make_impedance_controller`.
+
+    What ROS-style files leave open is filled in: joints on the way to the end effector get
+    actuators with the file's effort limits, others (a gripper's, mimic joints) are locked, meshes
+    that Drake does not read are converted, URDF links that move without any mass are estimated
+    from their shapes, the base is welded to the world. One line in Drake's log says so. If the
+    robot cannot be used the plant is left as it was.
+
+    Args:
+        file: the description; a xacro file is to be expanded before.
+        plant: not finalized, without constraints and force elements of the user's as yet.
+        end_effector: a link or frame of the file, or an MJCF site.
+        name: of the model instance.
+        offset: X_FE, the pose of E in that frame F; they are the same by default.
+        sensor_joint: a fixed joint between the last moving link and E. By default the first that
+            there is; without one the last moving link is cut off its joint and welded to it. The
+            sensor feels what touches the links beyond.
+        base_pose: X_WB, of the robot's root (or of the file's world); identity by default.
+        packages: folders of `package://` names; others are looked for above and beside the file
+            and in ROS_PACKAGE_PATH.
+        geometry: `convert` meshes that Drake does not read, `keep` them as they are, or
+            `leave-out` all shapes (but those that an MJCF body has its inertia from).
+        cache: folder for converted meshes; one of the user's by default.
+
+    Returns:
+        Where the robot is in the plant.
+
+    Raises:
+        ConfigurationError: a file, mesh or package is missing or cannot be read, an unknown choice.
+        ModelError: no such frame or joint, an inertia that no body can have, fewer than six
+            joints, a joint that carries no inertia; or the plant cannot take a robot.
+    """
+    file = Path(file)
+    choice(geometry, "geometry", GEOMETRY)
+    _check_plant(plant, name)
+    description = read_description(file)
+    folders = {package: find_package(package, file, packages or {}) for package in packages or {}}
+    check_inertias(description)
+    followers = description.take_out_followers()
+    if geometry == "leave-out":
+        leave_out_geometry(description)
+    else:
+        convert = geometry == "convert"
+        place_meshes(description, folders, convert=convert, cache=cache)
+    _estimate_masses(description)
+    recipe = _Recipe(
+        description,
+        name,
+        end_effector,
+        offset or RigidTransform(),
+        sensor_joint,
+        base_pose or RigidTransform(),
+        folders,
+    )
+    with _silent():
+        _check(recipe, followers)
+    robot = recipe.add_to(plant)
+    done = "; ".join(robot.changes) or "nothing had to be changed"
+    _log.info(f"Robot '{name}' from {file.name}: {done}.")
+    return robot
+
+
+@dataclass(frozen=True)
+class _Recipe:
+    """What is added to a plant: first to one on trial, then to the user's."""
+
+    description: Description
+    name: str
+    end_effector: str
+    X_FE: RigidTransform
+    sensor_joint: str | None
+    X_WB: RigidTransform
+    packages: Mapping[str, Path]
+
+    def add_to(self, plant: MultibodyPlant) -> LoadedRobot:
+        instance = parse(self.description, plant, self.packages)
+        plant.RenameModelInstance(instance, self.name)
+        E = self._end_effector(plant, instance)
+        arm = ArmAssembly(plant, instance, E)
+        arm.place_base(self.X_WB)
+        arm.lock_others()
+        sensor = arm.sensor_joint(self.sensor_joint)
+        arm.add_actuators(self.description.effort_limits())
+        changes = (*self.description.changes, *arm.changes)
+        return LoadedRobot(instance, E, sensor, changes)
+
+    def _end_effector(self, plant: MultibodyPlant, instance: ModelInstanceIndex) -> Frame:
+        F = find_frame(self.description, plant, instance, self.end_effector)
+        if self.X_FE.IsExactlyIdentity():
+            return F
+        return plant.AddFrame(FixedOffsetFrame(f"{F.name()}_E", F, self.X_FE, instance))
+
+
+def _check_plant(plant: MultibodyPlant, name: str) -> None:
+    if plant.is_finalized():
+        raise ModelError("The plant is finalized; load robots before plant.Finalize().")
+    if plant.HasModelInstanceNamed(name):
+        raise ModelError(f"The plant has a model instance '{name}' already; give another name.")
+    if plant.num_constraints() or plant.num_force_elements() > 1:
+        raise ModelError(
+            f"The plant has {plant.num_constraints()} constraints and "
+            f"{plant.num_force_elements() - 1} force elements beside gravity; load robots before "
+            f"adding any (Drake changes no joints after that)."
+        )
+
+
+def _trial_plant() -> tuple[MultibodyPlant, SceneGraph]:
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(time_step=1e-3)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    return plant, scene_graph
+
+
+def _estimate_masses(description: Description) -> None:
+    """Gives URDF links that move without any mass that of their shapes as solids."""
+    links = links_without_mass(description)
+    if not links:
+        return
+    plant, scene_graph = _trial_plant()
+    with _silent():
+        instance = parse(description, plant, {})
+    done = []
+    for link in links:
+        body = plant.GetBodyByName(link, instance)
+        M_BBo_B = estimate_inertia(plant, scene_graph.model_inspector(), body)
+        if M_BBo_B is not None:
+            set_inertia(description, link, M_BBo_B)
+            done.append(f"{link} {M_BBo_B.get_mass():.3g} kg")
+    if done:
+        description.changes.append(
+            f"links without mass estimated as solids of {DENSITY:g} kg/m³: {', '.join(done)}"
+        )
+
+
+def _check(recipe: _Recipe, followers: set[str]) -> None:
+    """Raises the error by which the robot cannot be used, before the user's plant is touched."""
+    plant, _scene_graph = _trial_plant()
+    robot = recipe.add_to(plant)
+    try:
+        plant.Finalize()
+    except RuntimeError as error:
+        raise ModelError(f"Drake refuses {recipe.description.file}: {error}") from error
+    model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
+    for joint in model.joint_names:
+        if joint in followers:
+            raise ModelError(
+                f"Joint '{joint}' of {recipe.description.file.name} is on the way to "
+                f"'{recipe.end_effector}' but follows another joint (mimic); an arm's joints move "
+                f"freely. Choose a frame before it, or take the coupling out of the file."
+            )
+    _check_carried(model, recipe)
+
+
+def _check_carried(model: ControlModel, recipe: _Recipe) -> None:
+    """Raises ModelError if a joint would accelerate for nothing: the arm has no inertia there."""
+    M = model.plant.CalcMassMatrix(model.plant.CreateDefaultContext())
+    inertias = np.diag(M)
+    for k in np.flatnonzero(inertias <= _NO_INERTIA * max(inertias.max(), 1e-300)):
+        joint = model.plant.GetJointByName(model.joint_names[k])
+        raise ModelError(
+            f"Joint '{joint.name()}' of {recipe.description.file.name} carries no inertia: link "
+            f"'{joint.child_body().name()}' and what is beyond it have mass or inertia zero. Give "
+            f"the link an inertia in the file (or shapes, from which it is estimated)."
+        )
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Keeps Drake from saying on trial what it says again for good."""
+    level = _log.level
+    _log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        _log.setLevel(level)

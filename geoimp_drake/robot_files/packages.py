@@ -1,0 +1,94 @@
+"""Where a file that a robot's description names lies: `package://`, `file://` and plain paths."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from pydrake.multibody.parsing import PackageMap
+
+from geoimp_drake.errors import ConfigurationError
+
+__all__ = ["find_package", "package_of", "resolve"]
+
+_PACKAGE_SCHEMES = ("package://", "model://")
+_MANIFEST = "package.xml"
+
+
+def package_of(uri: str) -> str | None:
+    """Returns the package that an address names, or None if it names none."""
+    for scheme in _PACKAGE_SCHEMES:
+        if uri.startswith(scheme):
+            return uri.removeprefix(scheme).partition("/")[0]
+    return None
+
+
+def resolve(uri: str, file: Path, packages: Mapping[str, str | Path], folder: Path) -> Path:
+    """Returns the path of a file that a robot's description names.
+
+    Args:
+        uri: `package://name/path`, `model://name/path`, `file:///path` or a path.
+        file: the description.
+        packages: folders of packages by name; others are looked for, see `find_package`.
+        folder: where relative paths start.
+
+    Raises:
+        ConfigurationError: there is no such package or file.
+    """
+    if (name := package_of(uri)) is not None:
+        path = find_package(name, file, packages) / uri.partition("://")[2].partition("/")[2]
+    else:
+        path = folder / uri.removeprefix("file://")
+    if not path.is_file():
+        raise ConfigurationError(
+            f"{file.name} names '{uri}', but there is no file {path}. Put it there, or leave the "
+            f"geometry out with geometry 'leave-out'."
+        )
+    return path.resolve()
+
+
+def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> Path:
+    """Returns the folder of a ROS package.
+
+    Looked for in this order: `packages`, the folders above `file` and those beside them, the
+    environment variable ROS_PACKAGE_PATH.
+
+    Raises:
+        ConfigurationError: not found, or the folder that was given does not exist.
+    """
+    if name in packages:
+        given = Path(packages[name])
+        if not given.is_dir():
+            raise ConfigurationError(f"packages.{name} is {given}, which is not a folder.")
+        return given.resolve()
+    for folder in _around(file, name):
+        if _package_name(folder) == name:
+            return folder
+    ros = PackageMap.MakeEmpty()
+    ros.PopulateFromRosPackagePath()
+    if ros.Contains(name):
+        return Path(ros.GetPath(name))
+    raise ConfigurationError(
+        f"{file.name} names the package '{name}', which is neither above nor beside {file.parent} "
+        f"nor in ROS_PACKAGE_PATH. Give its folder in packages, as {name}: FOLDER."
+    )
+
+
+def _around(file: Path, name: str) -> Iterator[Path]:
+    """Yields the folders above a file, and beside each of them the one of that name."""
+    for folder in file.resolve().parents:
+        yield folder
+        yield folder / name
+
+
+def _package_name(folder: Path) -> str | None:
+    """Returns the name in a folder's package.xml; that of the folder where there is none."""
+    if not folder.is_dir():
+        return None
+    manifest = folder / _MANIFEST
+    if not manifest.is_file():
+        return folder.name
+    try:
+        name = ET.parse(manifest).getroot().findtext("name")
+    except ET.ParseError:
+        return folder.name
+    return name.strip() if name else folder.name

@@ -1,0 +1,49 @@
+"""A robot of one's own without Python: in a scenario's YAML."""
+
+import numpy as np
+import pytest
+from published_arms import RosArm
+
+from geoimp_drake.cli import main
+from geoimp_drake.systems.frame_motion import POSITION
+
+PRESSED = """
+experiment: custom
+arm: mine
+robot: {{ file: {file}, end_effector: tool0, offset_position: [0.1, 0, 0] }}
+start: {{ position: null }}
+duration: 1.5
+impedance:
+  translation: {{ mass: 4.0, damping: 180.0, stiffness: 700.0 }}
+  rotation: {{ mass: 0.1, damping: 3.0, stiffness: 10.0 }}
+sensor: {{ inertial_load: reference }}
+external: {{ force: [0, 0, 15], duration: 0.2, blend: 0.1 }}
+"""
+
+
+def test_a_robot_of_ones_own_in_the_file(tmp_path, capsys):
+    """Its path is found beside the file; the start posture is looked for; the spring is there."""
+    description = RosArm(gripper=True).write(tmp_path)
+    file = tmp_path / "mine.yaml"
+    file.write_text(PRESSED.format(file=description.relative_to(tmp_path)))
+    out = tmp_path / "out"
+    assert main(["run", "--scenario", str(file), "--out", str(out), "--no-figures"]) == 0
+    log = np.load(out / "log.npz")
+    wrench = log["mine/wrench_true"][-1]
+    displacement = (log["mine/motion_D"] - log["mine/motion_C"])[-1, POSITION]
+    assert np.linalg.norm(wrench[3:]) == pytest.approx(15.0, rel=0.02)
+    np.testing.assert_allclose(700.0 * displacement, wrench[3:], atol=0.1)
+    again = tmp_path / "again"
+    saved = out / "scenario.yaml"
+    assert main(["run", "--scenario", str(saved), "--out", str(again), "--no-figures"]) == 0
+    repeated = np.load(again / "log.npz")
+    for key in log:
+        np.testing.assert_array_equal(log[key], repeated[key])
+
+
+def test_a_robot_file_that_is_not_there_is_named(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text(PRESSED.format(file="nowhere.urdf"))
+    assert main(["run", "--scenario", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert "nowhere.urdf" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
