@@ -11,7 +11,7 @@
 from dataclasses import dataclass
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame
+from pydrake.multibody.tree import Frame, Joint
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from geoimp_drake.controllers import make_impedance_controller
@@ -22,7 +22,7 @@ from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
 from geoimp_drake.wrist_sensor import add_wrist_sensor
 
-__all__ = ["CompliantArm", "add_compliant_arm", "add_sensor_of"]
+__all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
 
 
 @dataclass
@@ -65,6 +65,7 @@ def add_compliant_arm(
     plant: MultibodyPlant,
     arm: str,
     E: Frame,
+    sensor_joint: Joint,
     desired_motion: OutputPort,
     settings: RunSettings,
 ) -> CompliantArm:
@@ -75,6 +76,7 @@ def add_compliant_arm(
         plant: finalized; contains the arm and its sensor.
         arm: name of its model instance.
         E: the frame that is made compliant.
+        sensor_joint: the weld that its wrist sensor reads.
         desired_motion: of D in W (19).
         settings: gains, sampling, sensor and seed.
     """
@@ -83,7 +85,7 @@ def add_compliant_arm(
         make_impedance_controller(plant, instance, E, settings.controller())
     )
     settings.sensor.seed = settings.seed
-    sensor = add_sensor_of(builder, plant, arm, E, settings)
+    sensor = add_wrist_sensor(builder, plant, sensor_joint, E, settings.sensor)
 
     # Desired motion, joint state and wrench go in, torques come out.
     builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
@@ -100,9 +102,6 @@ def add_compliant_arm(
     return CompliantArm(arm, E, desired_motion, controller, sensor)
 
 
-def add_sensor_of(
-    builder: DiagramBuilder, plant: MultibodyPlant, arm: str, E: Frame, settings: RunSettings
-) -> ForceTorqueSensor:
-    """Adds the wrist sensor of one of the cell's arms, connected to the plant."""
-    joint = plant.GetJointByName(WRIST_SENSOR, plant.GetModelInstanceByName(f"{arm}_sensor"))
-    return add_wrist_sensor(builder, plant, joint, E, settings.sensor)
+def sensor_joint_of(plant: MultibodyPlant, arm: str) -> Joint:
+    """Returns the weld that the wrist sensor of one of the cell's arms reads."""
+    return plant.GetJointByName(WRIST_SENSOR, plant.GetModelInstanceByName(f"{arm}_sensor"))

@@ -18,7 +18,7 @@ CONTACT_SURFACES = ("polygon", "triangle")
 
 def check_plant_config(config: MultibodyPlantConfig, name: str = "plant") -> None:
     """Raises ConfigurationError if no plant can be made from the settings; `name` is their key."""
-    positive(config.time_step, f"{name}.time_step", "s")
+    non_negative(config.time_step, f"{name}.time_step", "s")  # zero: a continuous plant
     positive(config.penetration_allowance, f"{name}.penetration_allowance", "m")
     positive(config.stiction_tolerance, f"{name}.stiction_tolerance", "m/s")
     non_negative(config.sap_near_rigid_threshold, f"{name}.sap_near_rigid_threshold")
@@ -28,6 +28,13 @@ def check_plant_config(config: MultibodyPlantConfig, name: str = "plant") -> Non
         f"{name}.discrete_contact_approximation",
         CONTACT_APPROXIMATIONS,
     )
+    if config.time_step == 0 and config.contact_model != "point":
+        raise ConfigurationError(
+            f"{name}.time_step is 0, a continuous plant, and {name}.contact_model is "
+            f"'{config.contact_model}': Drake leaves gravity out of its reaction forces then, and "
+            f"a wrist sensor would take the tool's weight for contact. Set {name}.contact_model "
+            f"to 'point', or give a time step."
+        )
     choice(
         config.contact_surface_representation,
         f"{name}.contact_surface_representation",

@@ -10,6 +10,7 @@ from pydrake.solvers import Solve
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.resolved_acceleration import check_regular
+from geoimp_drake.robot_files.posture import find_start_posture
 from geoimp_drake.rotations import euler, so3
 from geoimp_drake.systems.arm_model import evaluate_arm
 from geoimp_drake.typing import Array
@@ -28,17 +29,20 @@ class StartConfig:
     E's orientation is that of the XYZ Euler angles, then turned about `tilt_axis` by `tilt_deg`.
     """
 
-    position: Array = field(default_factory=lambda: np.array([0.9, 0.0, 0.7]))  # in W [m]
+    # Of E in W [m]; if null, a posture away from limits and singularities is looked for.
+    position: Array | None = field(default_factory=lambda: np.array([0.9, 0.0, 0.7]))
     attitude_deg: Array = field(default_factory=lambda: np.array([180.0, 0.0, 0.0]))
     tilt_axis: Array = field(default_factory=lambda: np.array([1.0, 1.0, 0.0]))  # in W
     tilt_deg: float = 0.0
-    guess: Array = field(default_factory=lambda: np.zeros(6))  # near which to look [rad, m]
+    guess: Array | None = None  # near which to look [rad, m]; everywhere if not given
     posture: list[float] | None = None  # joint positions [rad, m]; then nothing is looked for
 
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""
-        for name in ("position", "attitude_deg", "tilt_axis"):
-            finite_vector(getattr(self, name), f"start.{name}", 3)
+        if self.position is not None:
+            finite_vector(self.position, "start.position", 3)
+        finite_vector(self.attitude_deg, "start.attitude_deg", 3)
+        finite_vector(self.tilt_axis, "start.tilt_axis", 3)
         if not np.isfinite(self.tilt_deg):
             raise ConfigurationError(f"start.tilt_deg is {self.tilt_deg}; it must be finite.")
         if np.linalg.norm(self.tilt_axis) < 1e-6:
@@ -59,10 +63,14 @@ def start_posture(model: ControlModel, start: StartConfig) -> tuple[Array, Rigid
         ConfigurationError: wrong number of joints, outside the joint limits, or out of reach.
         SingularityError: the posture is at a kinematic singularity.
     """
-    if start.posture is None:
-        q = _inverse_kinematics(model, start)
-    else:
+    if start.posture is not None:
         q = finite_vector(np.array(start.posture), "start.posture", model.num_joints)
+    elif start.position is None:
+        q = find_start_posture(model)
+    elif start.guess is None:
+        q = find_start_posture(model, start.pose())
+    else:
+        q = _inverse_kinematics(model, start)
     _check_limits(model, q)
     arm = evaluate_arm(
         model, model.plant.CreateDefaultContext(), np.concatenate((q, np.zeros_like(q)))
@@ -73,7 +81,7 @@ def start_posture(model: ControlModel, start: StartConfig) -> tuple[Array, Rigid
 
 def _inverse_kinematics(model: ControlModel, start: StartConfig) -> Array:
     plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
-    guess = finite_vector(start.guess, "start.guess", model.num_joints)
+    guess = finite_vector(np.array(start.guess), "start.guess", model.num_joints)
     X_WE = start.pose()
     problem = InverseKinematics(plant, with_joint_limits=True)
     p = X_WE.translation()

@@ -9,79 +9,56 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import Frame
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.multibody.tree import Frame, Joint
+from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.diagrams.cell import END_EFFECTOR, SEVEN, SIX, add_cell
-from geoimp_drake.diagrams.compliant_arm import add_compliant_arm
+from geoimp_drake.diagrams.compliant_arm import add_compliant_arm, sensor_joint_of
 from geoimp_drake.diagrams.posture import StartConfig, start_posture
 from geoimp_drake.diagrams.run_settings import RunSettings
-from geoimp_drake.diagrams.surface import (
-    DISK_RADIUS,
-    SurfaceConfig,
-    add_disk_contact,
-    add_surface,
-    surface_plane,
-)
+from geoimp_drake.diagrams.setup import Setup
+from geoimp_drake.diagrams.surface import add_disk_contact, add_surface, surface_plane
+from geoimp_drake.diagrams.surface_placement import SurfacePlacement, check_clear
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.config import RobotConfig
+from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.visualization import add_visualization
 from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
 from geoimp_drake.systems.external_wrench import ExternalWrench, WrenchRamp
-from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, positive
+from geoimp_drake.validation import choice, positive
 
 __all__ = [
     "SingleArmScenario",
-    "SingleArmSetup",
-    "SurfacePlacement",
     "build_single_arm",
-    "phases_of",
 ]
-
-
-@dataclass
-class SurfacePlacement:
-    """A surface and where it stands."""
-
-    point: Array = field(default_factory=lambda: np.array([0.9, 0.0, 0.52]))  # in W [m]
-    normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # outward, in W
-    properties: SurfaceConfig = field(default_factory=SurfaceConfig)
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        finite_vector(self.point, "surface.point", 3)
-        normal = finite_vector(self.normal, "surface.normal", 3)
-        if np.linalg.norm(normal) < 1e-6:
-            raise ConfigurationError(
-                "surface.normal is zero; give the direction out of the surface."
-            )
-        self.properties.validate()
-
-    def pose(self) -> RigidTransform:
-        """Returns X_WS: z along the normal, origin at the point."""
-        z = np.asarray(self.normal, dtype=float)
-        return RigidTransform(RotationMatrix.MakeFromOneVector(z, 2), self.point)
 
 
 @dataclass
 class SingleArmScenario(RunSettings):
     """Everything of a run with one arm; SI units, angles in degrees where the name says so."""
 
-    arm: str = SIX
+    arm: str = SIX  # or seven; with a robot of your own, its name in the log
+    robot: RobotConfig | None = None  # of your own, in the place of the cell's arm
     start: StartConfig = field(default_factory=StartConfig)
     segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
     surface: SurfacePlacement | None = None
     external: WrenchRamp | None = None  # on the hand at E, in the axes of D at the start
     disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
 
+    @property
+    def compliant(self) -> str:
+        """Name under which what is compliant is logged."""
+        return self.arm
+
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""
-        choice(self.arm, "arm", CELL_OF_ARM)
+        if self.robot is None:
+            choice(self.arm, "arm", CELL_OF_ARM)
+        else:
+            self.robot.validate("robot")
         self.validate_run()
         for index, segment in enumerate(self.segments):
             segment.validate(f"segments.{index}")
@@ -97,26 +74,10 @@ class SingleArmScenario(RunSettings):
 CELL_OF_ARM = {SIX: "single_arm", SEVEN: "track_arm"}
 
 
-@dataclass
-class SingleArmSetup:
-    """A scenario as Drake objects, ready to be simulated."""
-
-    scenario: SingleArmScenario  # with the start posture and the duration filled in
-    diagram: Diagram
-    plant: MultibodyPlant
-    controller: Diagram
-    sensor: ForceTorqueSensor
-    recorder: Recorder
-
-    def add_plant(self, builder: DiagramBuilder) -> MultibodyPlant:
-        """Adds the plant of this set-up alone to another builder, and returns it."""
-        plant, _ = AddMultibodyPlant(self.scenario.plant, builder)
-        _add_models(plant, self.scenario)
-        return plant
-
-
-def build_single_arm(scenario: SingleArmScenario, meshcat: Meshcat | None = None) -> SingleArmSetup:
-    """Builds the diagram of a scenario.
+def build_single_arm(
+    scenario: SingleArmScenario, meshcat: Meshcat | None = None, *, live: bool = False
+) -> Setup:
+    """Builds the diagram of a scenario, drawn in Meshcat if given; `live` adds sliders there.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -124,19 +85,20 @@ def build_single_arm(scenario: SingleArmScenario, meshcat: Meshcat | None = None
     scenario.validate()
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
-    E = _add_models(plant, scenario)
+    E, sensor_joint = _add_models(plant, scenario)
     arm = plant.GetModelInstanceByName(scenario.arm)
-    posture, X_WE = start_posture(ControlModel.of_arm(plant, arm, E), scenario.start)
-    plant.SetDefaultPositions(arm, posture)
+    model = ControlModel.of_arm(plant, arm, E)
+    posture, X_WE = start_posture(model, scenario.start)
+    plant.SetDefaultPositions(arm, model.in_plant_order(posture))
     scenario.start.posture = posture.tolist()
     if scenario.surface is not None:
-        _check_clear(X_WE, surface_plane(scenario.surface.pose()))
+        check_clear(X_WE, surface_plane(scenario.surface.pose()), "start.position")
 
     desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WE, scenario.segments))
     if scenario.duration is None:
         scenario.duration = desired.duration()
     hand = add_compliant_arm(
-        builder, plant, scenario.arm, E, desired.GetOutputPort("motion"), scenario
+        builder, plant, scenario.arm, E, sensor_joint, desired.GetOutputPort("motion"), scenario
     )
     if scenario.external is not None:
         external = builder.AddNamedSystem(
@@ -153,17 +115,22 @@ def build_single_arm(scenario: SingleArmScenario, meshcat: Meshcat | None = None
             builder,
             scene_graph,
             meshcat,
+            plant,
             frames=hand.frames(motion_E),
             wrench=hand.sensor.GetOutputPort("wrench"),
         )
-    return SingleArmSetup(scenario, builder.Build(), plant, hand.controller, hand.sensor, recorder)
+        if live:
+            add_live_controls(
+                builder, meshcat, plant, hand.controller, E, push=scenario.external is None
+            )
+    return Setup(
+        scenario, builder.Build(), plant, recorder, lambda bare: _add_models(bare, scenario)
+    )
 
 
-def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> Frame:
-    """Adds arm, sensor, tool and surface; returns E."""
-    add_cell(plant, CELL_OF_ARM[scenario.arm])
-    tool = plant.GetModelInstanceByName(f"{scenario.arm}_tool")
-    E = plant.GetFrameByName(END_EFFECTOR, tool)
+def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
+    """Adds arm, sensor, tool and surface; returns E and the weld that the sensor reads."""
+    E, sensor_joint = _add_arm(plant, scenario)
     if scenario.surface is not None:
         properties = scenario.surface.properties
         add_surface(plant, properties, scenario.surface.pose())
@@ -175,26 +142,13 @@ def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> Frame:
             resolution_hint=scenario.disk_resolution_hint,
         )
     plant.Finalize()
-    return E
+    return E, sensor_joint
 
 
-def _check_clear(X_WD: RigidTransform, plane: Array, radius: float = DISK_RADIUS) -> None:
-    """Raises ConfigurationError if a disk at X_WD reaches into the surface."""
-    n, offset = plane[:3], plane[3]
-    tilt = n @ X_WD.rotation().matrix()[:, 2]
-    lowest = n @ X_WD.translation() - offset - radius * np.sqrt(max(0.0, 1.0 - tilt * tilt))
-    if lowest < 0:
-        raise ConfigurationError(
-            f"The disk starts {-lowest * 1e3:.1f} mm inside the surface; move start.position away "
-            f"from it or surface.point back by at least that much."
-        )
-
-
-def phases_of(motion: list[MotionSegment]) -> list[tuple[str, float, float]]:
-    """Returns name, begin and end [s] of each named segment."""
-    ends = np.cumsum([segment.duration for segment in motion])
-    return [
-        (segment.name, float(end - segment.duration), float(end))
-        for segment, end in zip(motion, ends, strict=True)
-        if segment.name
-    ]
+def _add_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
+    if scenario.robot is not None:
+        robot = scenario.robot.load(plant, scenario.arm)
+        return robot.end_effector_frame, robot.sensor_joint
+    add_cell(plant, CELL_OF_ARM[scenario.arm])
+    tool = plant.GetModelInstanceByName(f"{scenario.arm}_tool")
+    return plant.GetFrameByName(END_EFFECTOR, tool), sensor_joint_of(plant, scenario.arm)

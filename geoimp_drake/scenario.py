@@ -18,7 +18,16 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load, yaml_load_typed
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.validation import unknown_name
 
-__all__ = ["check_keys", "dump_scenario", "load_scenario", "plain_data", "read_yaml"]
+__all__ = [
+    "check_keys",
+    "dump_scenario",
+    "field_types",
+    "load_scenario",
+    "plain_data",
+    "read_layer",
+    "read_yaml",
+    "without_optional",
+]
 
 Scenario = TypeVar("Scenario")
 
@@ -74,6 +83,30 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return data
 
 
+def read_layer(path: Path) -> dict[str, Any]:
+    """Returns the data of a scenario file; files that it names are looked for beside it, too.
+
+    Raises:
+        ConfigurationError: as `read_yaml`.
+    """
+    data = read_yaml(path)
+    for part in (data.get("robot"), data.get("program")):
+        if isinstance(part, dict) and isinstance(part.get("file"), str):
+            part["file"] = _beside(path, part["file"])
+    robot = data.get("robot")
+    if isinstance(robot, dict) and isinstance(robot.get("packages"), dict):
+        robot["packages"] = {
+            name: _beside(path, str(folder)) for name, folder in robot["packages"].items()
+        }
+    return data
+
+
+def _beside(scenario: Path, file: str) -> str:
+    """Returns a file's path as it is, or from the scenario's folder if the file is there."""
+    beside = scenario.absolute().parent / file
+    return str(beside) if beside.exists() else file
+
+
 def dump_scenario(scenario: Any) -> str:
     """Returns a scenario as YAML; reading it gives the same scenario."""
     return str(yaml_dump_typed(scenario))
@@ -86,8 +119,10 @@ def plain_data(scenario: Any) -> dict[str, Any]:
 
 def check_keys(schema: Any, data: Any, path: str) -> None:
     """Raises ConfigurationError where data does not fit a schema; the message names the key."""
-    schema = _without_optional(schema)
-    fields = _fields(schema)
+    if data is None and without_optional(schema) is not schema:
+        return
+    schema = without_optional(schema)
+    fields = field_types(schema)
     if fields is not None:
         if not isinstance(data, dict):
             raise ConfigurationError(f"{path or 'The scenario'} must be a mapping, not {data!r}.")
@@ -129,7 +164,7 @@ def _check_leaf(schema: Any, value: Any, path: str) -> None:
         raise ConfigurationError(f"{path} is {value!r}; give {wanted}.") from None
 
 
-def _fields(schema: Any) -> dict[str, Any] | None:
+def field_types(schema: Any) -> dict[str, Any] | None:
     """Returns the names and types of a dataclass or of one of Drake's configurations."""
     if dataclasses.is_dataclass(schema):
         return typing.get_type_hints(schema)
@@ -138,7 +173,8 @@ def _fields(schema: Any) -> dict[str, Any] | None:
     return None
 
 
-def _without_optional(schema: Any) -> Any:
+def without_optional(schema: Any) -> Any:
+    """Returns the type T of T | None, and any other type as it is."""
     if typing.get_origin(schema) in (typing.Union, types.UnionType):
         return next(kind for kind in typing.get_args(schema) if kind is not type(None))
     return schema
@@ -175,8 +211,8 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
 
 def _step(schema: Any, target: Any, key: str, path: str) -> tuple[Any, Any]:
     """Returns the schema of a part and its index in `target`; raises if there is no such part."""
-    schema = _without_optional(schema)
-    fields = _fields(schema)
+    schema = without_optional(schema)
+    fields = field_types(schema)
     if isinstance(target, list):
         if not key.isdigit() or int(key) >= len(target):
             raise ConfigurationError(f"{path} has {len(target)} entries; '{key}' is none of them.")

@@ -1,24 +1,35 @@
-"""The experiments of the chapter by name: how each is built, judged and drawn."""
+"""The experiments of the chapter by name: how each is built, judged and drawn.
+
+Nothing is imported before it is needed: naming the experiments is quick.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
-from geoimp_drake.diagrams.experiments import consistency, plexiglas, redundancy, singularity
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, build_single_arm
-from geoimp_drake.scenario import load_scenario, read_yaml
-from geoimp_drake.simulation.claims import Claim
-from geoimp_drake.typing import Array
 from geoimp_drake.validation import unknown_name
 
-__all__ = ["EXPERIMENTS", "Experiment", "get_experiment"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from geoimp_drake.simulation.claims import Claim
+
+__all__ = ["EXPERIMENTS", "OWN", "Experiment", "get_experiment"]
 
 _FOLDER = Path(__file__).resolve().parent
+_DIAGRAMS = "geoimp_drake.diagrams"
+
+# Of each kind of set-up the module, its scenario and its builder.
+_SETUPS = {
+    "single arm": ("single_arm", "SingleArmScenario", "build_single_arm"),
+    "loose": ("loose", "LooseScenario", "build_loose"),
+    "tight": ("tight", "TightScenario", "build_tight"),
+}
 
 Point = tuple[float, float, float]
+Log = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -28,20 +39,55 @@ class Experiment:
     Attributes:
         name: as on the command line; its scenario is NAME.yaml beside this file.
         summary: one line on what it shows.
-        schema: the scenario's dataclass.
-        build: makes the set-up of a scenario, with a Meshcat or without.
-        claims: judges a log.
-        figures: draws a log; by file name without suffix.
+        setup: kind of set-up: `single arm`, `loose` or `tight`.
+        module: beside this file; its `claims` and `figures` judge and draw a log.
+        prefix: of these two functions, where a module serves several experiments.
         view: from where a replay is seen, and where to, in W [m].
     """
 
     name: str
     summary: str
-    schema: type[Any]
-    build: Callable[..., Any]
-    claims: Callable[[dict[str, Array], Any], list[Claim]]
-    figures: Callable[[dict[str, Array], Any], dict[str, Figure]]
+    setup: str
+    module: str
+    prefix: str = ""
     view: tuple[Point, Point] = ((2.05, -1.55, 1.25), (0.5, 0.0, 0.75))
+
+    @property
+    def schema(self) -> type[Any]:
+        """The scenario's dataclass."""
+        module, scenario, _ = _SETUPS[self.setup]
+        schema: type[Any] = resolve_name(f"{_DIAGRAMS}.{module}:{scenario}")
+        return schema
+
+    @property
+    def build(self) -> Callable[..., Any]:
+        """Makes the set-up of a scenario, with a Meshcat or without."""
+        module, _, builder = _SETUPS[self.setup]
+        build: Callable[..., Any] = resolve_name(f"{_DIAGRAMS}.{module}:{builder}")
+        return build
+
+    @property
+    def claims(self) -> Callable[[Log, Any], "list[Claim]"]:
+        """Judges a log."""
+        claims: Callable[[Log, Any], list[Claim]] = self._function("claims")
+        return claims
+
+    @property
+    def figures(self) -> Callable[[Log, Any], "dict[str, Figure]"]:
+        """Draws a log; by file name without suffix."""
+        figures: Callable[[Log, Any], dict[str, Figure]] = self._function("figures")
+        return figures
+
+    @property
+    def sweep_figures(self) -> Callable[[Log, Any], dict[str, float | bool]] | None:
+        """What a sweep tabulates besides the claims, `success` among it; None for the claims."""
+        module = resolve_name(f"{_DIAGRAMS}.experiments.{self.module}")
+        figures: Callable[[Log, Any], dict[str, float | bool]] | None
+        figures = getattr(module, f"{self.prefix}sweep_figures", None)
+        return figures
+
+    def _function(self, name: str) -> Any:
+        return resolve_name(f"{_DIAGRAMS}.experiments.{self.module}:{self.prefix}{name}")
 
     def scenario(
         self, layers: tuple[dict[str, Any], ...] = (), overrides: tuple[str, ...] = ()
@@ -51,11 +97,16 @@ class Experiment:
         Raises:
             ConfigurationError: a key or value cannot be used; the message names it.
         """
+        from geoimp_drake.scenario import load_scenario
+
         return load_scenario(self.schema, (self.defaults(), *layers), overrides)
 
     def defaults(self) -> dict[str, Any]:
-        """Returns the data of the experiment's own scenario file."""
-        return read_yaml(_FOLDER / f"{self.name}.yaml")
+        """Returns the data of the experiment's own scenario file, if there is one."""
+        from geoimp_drake.scenario import read_yaml
+
+        file = _FOLDER / f"{self.name}.yaml"
+        return read_yaml(file) if file.exists() else {}
 
 
 EXPERIMENTS = {
@@ -64,54 +115,72 @@ EXPERIMENTS = {
         Experiment(
             "plexiglas",
             "a tilted disk presses onto a compliant surface (case 1, Fig 5.3)",
-            SingleArmScenario,
-            build_single_arm,
-            plexiglas.claims,
-            plexiglas.figures,
+            "single arm",
+            "plexiglas",
         ),
         Experiment(
             "singularity",
             "contact near the singularity of the Euler angles (case 2, Figs 5.4, 5.5)",
-            SingleArmScenario,
-            build_single_arm,
-            singularity.claims,
-            singularity.figures,
+            "single arm",
+            "singularity",
         ),
         Experiment(
             "consistency",
             "a torque on the free hand turns it about the torque's axis (case 3, Figs 5.6, 5.7)",
-            SingleArmScenario,
-            build_single_arm,
-            consistency.consistency_claims,
-            consistency.consistency_figures,
+            "single arm",
+            "consistency",
+            "consistency_",
         ),
         Experiment(
             "nondiagonal",
             "the same about a principal axis of a nondiagonal stiffness (case 4, Figs 5.8, 5.9)",
-            SingleArmScenario,
-            build_single_arm,
-            consistency.nondiagonal_claims,
-            consistency.nondiagonal_figures,
+            "single arm",
+            "consistency",
+            "nondiagonal_",
         ),
         Experiment(
             "redundancy",
             "the arm on the track turns its elbow, then feels a box (case 5, Figs 5.10, 5.11)",
-            SingleArmScenario,
-            build_single_arm,
-            redundancy.claims,
-            redundancy.figures,
+            "single arm",
+            "redundancy",
             view=((2.3, 1.1, 1.5), (0.0, 1.35, 0.75)),
+        ),
+        Experiment(
+            "peg_in_hole",
+            "one arm brings a peg by a motion program, the other holds the hole (Fig 5.12)",
+            "loose",
+            "peg_in_hole",
+            view=((1.3, 1.2, 1.4), (0.0, 1.9, 0.85)),
+        ),
+        Experiment(
+            "bar",
+            "two arms press a disk on a bar that both hold onto a surface (Fig 5.13)",
+            "tight",
+            "bar",
+            view=((2.6, 0.2, 1.5), (0.0, 1.7, 0.75)),
         ),
     )
 }
 
 
+# What a scenario file of one's own names as its experiment, by kind of set-up.
+OWN = {
+    setup: Experiment(name, f"your own experiment, {setup}", setup, "custom")
+    for setup, name in (
+        ("single arm", "custom"),
+        ("loose", "custom_loose"),
+        ("tight", "custom_tight"),
+    )
+}
+
+
 def get_experiment(name: str) -> Experiment:
-    """Returns the experiment called `name`.
+    """Returns the experiment called `name`: of the chapter, or one of `OWN`.
 
     Raises:
         ConfigurationError: there is none; the message lists those that there are.
     """
-    if name not in EXPERIMENTS:
+    own = {experiment.name: experiment for experiment in OWN.values()}
+    if name not in EXPERIMENTS and name not in own:
         raise unknown_name(name, "experiment", EXPERIMENTS)
-    return EXPERIMENTS[name]
+    return {**EXPERIMENTS, **own}[name]

@@ -30,12 +30,12 @@ class Comparison:
         claims: across families, from log and scenario by family.
     """
 
-    curves: Callable[[Log, SingleArmScenario], list[Curve]]
+    curves: Callable[[Log, Any], list[Curve]]
     claims: Callable[[Runs], list[Claim]]
 
 
-def _wrench_curves(log: Log, scenario: SingleArmScenario) -> list[Curve]:
-    wrench = log[f"{scenario.arm}/wrench"]
+def _wrench_curves(log: Log, scenario: Any) -> list[Curve]:
+    wrench = log[f"{scenario.compliant}/wrench"]
     return [
         ("contact force", "‖f‖ [N]", np.linalg.norm(wrench[:, 3:], axis=1)),
         ("contact moment", "‖μ‖ [Nm]", np.linalg.norm(wrench[:, :3], axis=1)),
@@ -54,9 +54,11 @@ def _agreement(runs: Runs) -> list[Claim]:
     """Returns that the families give nearly the same contact force."""
     peaks, steady = [], []
     for log, scenario in runs.values():
-        force = np.linalg.norm(log[f"{scenario.arm}/wrench"][:, 3:], axis=1)
+        force = np.linalg.norm(log[f"{scenario.compliant}/wrench"][:, 3:], axis=1)
         peaks.append(force.max())
-        steady.append(force[last_second(log)].mean() if end_reached(log, scenario) else None)
+        steady.append(
+            force[last_second(log)].mean() if end_reached(log, scenario.segments) else None
+        )
     return [
         at_most("spread of the peak force over the families", _spread(peaks), 0.15),
         at_most("spread of the steady force over the families", _spread(steady), 0.15),
@@ -64,7 +66,8 @@ def _agreement(runs: Runs) -> list[Claim]:
 
 
 def _spread(values: list[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
+    """Returns the largest over the smallest, less one; None if one is missing, or zero."""
+    known = [value for value in values if value]
     return max(known) / min(known) - 1.0 if len(known) == len(values) else None
 
 
@@ -73,7 +76,7 @@ def _ratios(runs: Runs) -> list[Claim]:
     loads = {
         family: held_and_peak(log, scenario.arm)
         for family, (log, scenario) in runs.items()
-        if end_reached(log, scenario)
+        if end_reached(log, scenario.segments)
     }
     if "quaternion" not in loads:
         return []
@@ -100,4 +103,6 @@ COMPARISONS = {
     "consistency": Comparison(_alignment_curves, _none),
     "nondiagonal": Comparison(_alignment_curves, _none),
     "redundancy": Comparison(_wrench_curves, _agreement),
+    "peg_in_hole": Comparison(_wrench_curves, _none),
+    "bar": Comparison(_wrench_curves, _agreement),
 }

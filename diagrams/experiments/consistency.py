@@ -9,9 +9,10 @@ from geoimp_drake.diagrams.experiments.measures import (
     misalignment,
     quaternion_error,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
 
@@ -45,7 +46,7 @@ def nondiagonal_claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     claims = _aligned(log, scenario)
     if family in ("quaternion", "angle-axis-sin-half"):
         epsilon = np.linalg.norm(quaternion_error(log, scenario.arm, "E"), axis=1)
-        settled = epsilon[last_second(log)].mean() if end_reached(log, scenario) else None
+        settled = epsilon[last_second(log)].mean() if end_reached(log, scenario.segments) else None
         claims.append(within("‖ᵉε_de‖ settles at sin(ϑ/2)", settled, SETTLED, 0.01 / SETTLED))
     return claims
 
@@ -85,7 +86,9 @@ def _aligned(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def _misaligned(log: Log, scenario: SingleArmScenario, bound: float) -> list[Claim]:
-    delta = largest_misalignment(log, scenario, "E") if end_reached(log, scenario) else None
+    delta = (
+        largest_misalignment(log, scenario, "E") if end_reached(log, scenario.segments) else None
+    )
     return [at_least("largest misalignment δ at E", delta, bound)]
 
 

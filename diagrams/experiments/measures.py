@@ -1,11 +1,17 @@
-"""What the experiments with one arm measure in a log; nothing here judges or draws."""
+"""What the experiments measure in a log; nothing here judges or draws.
+
+`arm` is the name under which motions and wrench are logged: of an arm, or `object`.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from geoimp_drake.diagrams.single_arm import SingleArmScenario
+from geoimp_drake.config import ImpedanceConfig
 from geoimp_drake.laws.orientation_impedance import OrientationImpedance
 from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.simulation.claims import phase_reached
+from geoimp_drake.systems.desired_motion import MotionSegment
 from geoimp_drake.systems.frame_motion import QUATERNION
 from geoimp_drake.typing import Array
 
@@ -33,25 +39,27 @@ ORIENTATION_LABELS = {
 }
 
 
-def end_reached(log: Log, scenario: SingleArmScenario) -> bool:
+def end_reached(log: Log, segments: Sequence[MotionSegment]) -> bool:
     """Returns whether the run went on to the end of its motion."""
-    return phase_reached(log, sum(segment.duration for segment in scenario.segments))
+    return phase_reached(log, sum(segment.duration for segment in segments))
 
 
-def orientation_displacement(log: Log, scenario: SingleArmScenario) -> Array:
+def orientation_displacement(log: Log, arm: str, impedance: ImpedanceConfig) -> Array:
     """Returns the displacement of C from D in the family's own coordinates over time (N×3)."""
-    return np.array([family.displacement(D, C) for family, D, C in _attitudes(log, scenario)])
+    return np.array([family.displacement(D, C) for family, D, C in _attitudes(log, arm, impedance)])
 
 
-def conditioning(log: Log, scenario: SingleArmScenario) -> Array:
+def conditioning(log: Log, arm: str, impedance: ImpedanceConfig) -> Array:
     """Returns cond(T) of the family's Euler angles over time (N); one for other families."""
-    return np.array([family.conditioning(D, C) for family, D, C in _attitudes(log, scenario)])
+    return np.array([family.conditioning(D, C) for family, D, C in _attitudes(log, arm, impedance)])
 
 
-def moment_spring_error(log: Log, scenario: SingleArmScenario, samples: Array) -> float:
+def moment_spring_error(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> float:
     """Returns the largest ‖μ − μ_E‖ / ‖μ‖, μ_E the family's elastic moment: at rest zero."""
-    moment = log[f"{scenario.arm}/wrench"][samples, :3]
-    elastic = [family.elastic_moment_W(D, C) for family, D, C in _attitudes(log, scenario, samples)]
+    moment = log[f"{arm}/wrench"][samples, :3]
+    elastic = [
+        family.elastic_moment_W(D, C) for family, D, C in _attitudes(log, arm, impedance, samples)
+    ]
     error = np.linalg.norm(moment - np.array(elastic), axis=1)
     return float((error / np.linalg.norm(moment, axis=1)).max())
 
@@ -68,9 +76,9 @@ def misalignment(epsilon: Array, axis: Array) -> Array:
 
 
 def _attitudes(
-    log: Log, scenario: SingleArmScenario, samples: Array | slice = slice(None)
+    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array | slice = slice(None)
 ) -> list[tuple[OrientationImpedance, Array, Array]]:
     """Returns the family with the quaternions of D and C, sample by sample."""
-    family = scenario.impedance.make_rotation()
-    D, C = (log[f"{scenario.arm}/motion_{frame}"][samples][:, QUATERNION] for frame in "DC")
+    family = impedance.make_rotation()
+    D, C = (log[f"{arm}/motion_{frame}"][samples][:, QUATERNION] for frame in "DC")
     return [(family, Q_WD, Q_WC) for Q_WD, Q_WC in zip(D, C, strict=True)]

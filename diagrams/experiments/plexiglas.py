@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     moment_spring_error,
     orientation_displacement,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import (
     Claim,
     at_least,
@@ -21,6 +21,7 @@ from geoimp_drake.simulation.claims import (
     within,
 )
 from geoimp_drake.simulation.figures import interaction_figure
+from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.typing import Array
 
@@ -43,7 +44,7 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if end_reached(log, scenario) else {}
+    figures = _figures_at_rest(log, scenario) if end_reached(log, scenario.segments) else {}
     value = figures.get
     return [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),
@@ -61,11 +62,13 @@ def _figures_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
     _, _, K_p = scenario.impedance.gains("translation")
     return {
         "force": force_spring_error(log, arm, K_p, rest),
-        "moment": moment_spring_error(log, scenario, rest),
+        "moment": moment_spring_error(log, scenario.arm, scenario.impedance, rest),
         "stiffness": normal_stiffness(log, arm, rest),
         "drift": float(np.ptp(log[f"{arm}/wrench"][rest, 3:], axis=0).max()),
         "sideways": _sideways(log, arm, rest),
-        "tilt": float(np.abs(orientation_displacement(log, scenario)[rest, :2]).min()),
+        "tilt": float(
+            np.abs(orientation_displacement(log, scenario.arm, scenario.impedance)[rest, :2]).min()
+        ),
         "twist": float(np.abs(log[f"{arm}/wrench"][rest, 2]).max()),
     }
 
@@ -83,7 +86,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
         "figure_5_3": interaction_figure(
             log,
             scenario.arm,
-            orientation_displacement(log, scenario),
+            orientation_displacement(log, scenario.arm, scenario.impedance),
             title=f"plexiglas: six-DOF impedance control, {family}",
             orientation_label=ORIENTATION_LABELS[family],
             phases=phases_of(scenario.segments),

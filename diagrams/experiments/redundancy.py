@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     orientation_displacement,
     quaternion_error,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.simulation.claims import (
     Claim,
@@ -19,6 +19,7 @@ from geoimp_drake.simulation.claims import (
     phase_reached,
 )
 from geoimp_drake.simulation.figures import interaction_figure, panels_figure
+from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
 from geoimp_drake.typing import Array
 
@@ -86,7 +87,7 @@ def _contact_figures(log: Log, scenario: SingleArmScenario, end: float) -> dict[
     arm = scenario.arm
     settled = (log["t"] >= end - 1.0) & (log["t"] <= end)
     _, _, K_p = scenario.impedance.gains("translation")
-    epsilon = np.abs(orientation_displacement(log, scenario)[settled])
+    epsilon = np.abs(orientation_displacement(log, scenario.arm, scenario.impedance)[settled])
     wrench = log[f"{arm}/wrench"][settled]
     # D keeps its attitude, so its y axis at the start is the axis about which the disk is tilted.
     y_W = to_rotation(log[f"{arm}/motion_D"][0, QUATERNION])[:, 1]
@@ -119,7 +120,11 @@ def _claims_after_leaving(log: Log, scenario: SingleArmScenario) -> list[Claim]:
             1e-3,
             "m",
         ),
-        "ᶜε_dc at the end": (np.abs(orientation_displacement(log, scenario)[-1]).max(), 0.01, ""),
+        "ᶜε_dc at the end": (
+            np.abs(orientation_displacement(log, scenario.arm, scenario.impedance)[-1]).max(),
+            0.01,
+            "",
+        ),
     }
     return [
         at_most(name, float(figure) if reached else None, bound, unit)
@@ -137,7 +142,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
         "figure_5_10": interaction_figure(
             log,
             arm,
-            orientation_displacement(log, scenario),
+            orientation_displacement(log, scenario.arm, scenario.impedance),
             title=f"redundancy: six-DOF impedance control, {family}, k_β = {k_beta:g}",
             orientation_label=ORIENTATION_LABELS[family],
             phases=phases,

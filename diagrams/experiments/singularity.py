@@ -4,9 +4,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geoimp_drake.diagrams.experiments.measures import Log, conditioning, end_reached
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, phases_of
+from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.systems.desired_motion import phases_of
 
 __all__ = ["claims", "figures", "held_and_peak"]
 
@@ -28,9 +29,9 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
     The ratios between families are claims of `geoimp compare singularity`.
     """
-    figures = held_and_peak(log, scenario.arm) if end_reached(log, scenario) else {}
+    figures = held_and_peak(log, scenario.arm) if end_reached(log, scenario.segments) else {}
     value = figures.get
-    cond = float(conditioning(log, scenario).max())
+    cond = float(conditioning(log, scenario.arm, scenario.impedance).max())
     if scenario.impedance.orientation == "classical-euler":
         return [
             at_least("held contact moment", value("held moment"), 1.0, "Nm"),
@@ -55,7 +56,14 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
         ("contact moment", "μ [Nm]", wrench[:, :3], 0.0),
     ]
     if classical:
-        panels.append(("conditioning of T(φ_c)", "cond(T) [-]", conditioning(log, scenario), 10.0))
+        panels.append(
+            (
+                "conditioning of T(φ_c)",
+                "cond(T) [-]",
+                conditioning(log, scenario.arm, scenario.impedance),
+                10.0,
+            )
+        )
     figure = panels_figure(
         log, scenario.arm, panels, f"singularity: {family}", phases_of(scenario.segments)
     )

@@ -25,8 +25,9 @@ def interaction_figure(
     title: str,
     orientation_label: str,
     phases: Phases,
+    further: Sequence[tuple[str, Array, str]] = (),
 ) -> Figure:
-    """Returns the layout of Figs 5.3 and 5.10: errors above, contact wrench below.
+    """Returns the layout of Figs 5.3, 5.10 and 5.13: errors above, contact wrench below.
 
     Args:
         log: of a run.
@@ -35,23 +36,26 @@ def interaction_figure(
         title: of the figure.
         orientation_label: label of the orientation error's axis, with its unit.
         phases: to be shaded: name, begin, end.
+        further: two panels below: title, values (N×3), label with unit.
     """
     position_error = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[:, POSITION]
     wrench = log[f"{arm}/wrench"]
     with figure_style():
-        figure = Figure(figsize=(9, 6))
-        axes = figure.subplots(2, 2, sharex=True)
         panels = (
-            (axes[0, 0], "position error", 1e3 * position_error, "Δp_dc [mm]"),
-            (axes[0, 1], "orientation error", orientation_error, orientation_label),
-            (axes[1, 0], "contact force", wrench[:, 3:], "f [N]"),
-            (axes[1, 1], "contact moment", wrench[:, :3], "μ [Nm]"),
+            ("position error", 1e3 * position_error, "Δp_dc [mm]"),
+            ("orientation error", orientation_error, orientation_label),
+            ("contact force", wrench[:, 3:], "f [N]"),
+            ("contact moment", wrench[:, :3], "μ [Nm]"),
+            *further,
         )
-        for panel, name, values, label in panels:
+        rows = len(panels) // 2
+        figure = Figure(figsize=(9, 3 * rows))
+        axes = figure.subplots(rows, 2, sharex=True)
+        for panel, (name, values, label) in zip(axes.flat, panels, strict=True):
             _plot_components(panel, log["t"], values, name, label)
             shade_phases(panel, phases, label=panel is axes[0, 0])
             _mark_contact(panel, log, arm, label=panel is axes[0, 0])
-        for panel in axes[1]:
+        for panel in axes[-1]:
             panel.set_xlabel("time [s]")
         figure.suptitle(title)
     return figure

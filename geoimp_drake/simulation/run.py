@@ -2,19 +2,33 @@
 
 import logging
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, Diagram
 from tqdm import tqdm
 
-__all__ = ["Outcome", "simulate"]
+__all__ = ["Event", "Outcome", "simulate"]
 
 _log = logging.getLogger("drake")
 
 # The simulation advances in chunks of this length [s], bar or no bar, so that both give the same
 # result to the bit.
 _CHUNK = 0.1
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens to the diagram from outside, such as a grasp that opens.
+
+    Attributes:
+        time: at which it happens [s].
+        apply: changes the context of the whole diagram.
+    """
+
+    time: float
+    apply: Callable[[Context], None]
 
 
 @dataclass
@@ -42,6 +56,8 @@ def simulate(
     *,
     label: str = "",
     real_time: bool = False,
+    events: Sequence[Event] = (),
+    wait: Callable[[], bool] | None = None,
 ) -> Outcome:
     """Simulates a diagram from its default context.
 
@@ -51,6 +67,8 @@ def simulate(
         duration: time to reach [s].
         label: stands before the progress bar, which is shown on a terminal only.
         real_time: do not run faster than real time.
+        events: what happens on the way; the simulation stops at each for it.
+        wait: called now and then; may hold the simulation up, and says whether it has.
 
     Returns:
         The outcome; an error of a system or of Drake ends the simulation and is kept there.
@@ -69,12 +87,22 @@ def simulate(
             disable=not sys.stderr.isatty(),
             bar_format="{desc} {bar} {n:.1f}/{total:.1f} s simulated, {remaining} left",
         ) as bar:
-            chunks = int(duration / _CHUNK)
-            for end in [*(_CHUNK * (k + 1) for k in range(chunks)), duration]:
-                simulator.AdvanceTo(min(end, duration))
+            for end in _stops(duration, events):
+                simulator.AdvanceTo(end)
                 bar.update(simulator.get_context().get_time() - bar.n)
+                if wait is not None and wait():
+                    simulator.ResetStatistics()  # so that lost real time is not made up for
+                for event in events:
+                    if event.time == end:
+                        event.apply(simulator.get_mutable_context())
     except (RuntimeError, ValueError) as error:
         outcome.failure = error
         if outcome.time > 0.0:
             _log.error(f"Stopped at t = {outcome.time:.3f} s: {error}")
     return outcome
+
+
+def _stops(duration: float, events: Sequence[Event]) -> list[float]:
+    """Returns the times to which the simulation advances in turn: of chunks and of events."""
+    chunks = [_CHUNK * (k + 1) for k in range(int(duration / _CHUNK))]
+    return sorted({min(time, duration) for time in (*chunks, *(e.time for e in events), duration)})

@@ -1,4 +1,4 @@
-"""What Meshcat shows besides the models: the frames D, C, E and the measured wrench."""
+"""What Meshcat shows besides the models: contact patches, the frames D, C, E and the wrench."""
 
 from collections.abc import Mapping
 
@@ -14,6 +14,8 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
 
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
@@ -28,8 +30,9 @@ _AXIS_ROTATIONS = (
     RotationMatrix.MakeXRotation(-np.pi / 2),
     RotationMatrix(),
 )
-_TRIAD_SIZES = {"D": (0.16, 0.0025), "C": (0.13, 0.004), "E": (0.10, 0.006)}
-_FORCE_SCALE = 0.005  # [m/N]
+_TRIAD_SIZES = {"D": (0.16, 0.0025), "C": (0.13, 0.004), "E": (0.10, 0.006), "O": (0.10, 0.006)}
+_FORCE_SCALE, _MOMENT_SCALE = 0.005, 0.05  # [m/N, m/Nm]
+_FORCE_COLOUR, _MOMENT_COLOUR = Rgba(0.9, 0.62, 0.0), Rgba(0.8, 0.47, 0.65)
 _SMALLEST_ARROW = 1e-3  # [m]
 
 
@@ -37,25 +40,32 @@ def add_visualization(
     builder: DiagramBuilder,
     scene_graph: SceneGraph,
     meshcat: Meshcat,
+    plant: MultibodyPlant,
     frames: Mapping[str, OutputPort],
     wrench: OutputPort,
+    at: str = "E",
 ) -> None:
-    """Adds the models' visualizer, a triad for each frame and an arrow for the force at E.
+    """Adds the models, the contact patches, a triad for each frame, arrows for force and moment.
 
     Args:
         builder: of the diagram, which contains `scene_graph`.
         scene_graph: what is drawn.
         meshcat: where it is drawn.
-        frames: ports with frame motions by the frames' names; `E` carries the arrow.
+        plant: whose contacts are drawn.
+        frames: ports with frame motions by the frames' names.
         wrench: port with [moment; force] on the environment in W.
+        at: name of the frame whose origin carries the arrows.
     """
     parameters = MeshcatVisualizerParams(role=Role.kIllustration, publish_period=_PERIOD)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
+    ContactVisualizer.AddToBuilder(
+        builder, plant, meshcat, ContactVisualizerParams(publish_period=_PERIOD)
+    )
     triads = builder.AddNamedSystem("frame_triads", FrameTriads(meshcat, tuple(frames)))
     for name, port in frames.items():
         builder.Connect(port, triads.GetInputPort(name))
     arrow = builder.AddNamedSystem("wrench_arrow", WrenchArrow(meshcat))
-    builder.Connect(frames["E"], arrow.GetInputPort("motion_E"))
+    builder.Connect(frames[at], arrow.GetInputPort("motion_E"))
     builder.Connect(wrench, arrow.GetInputPort("wrench"))
 
 
@@ -83,7 +93,7 @@ class FrameTriads(LeafSystem):
 
 
 class WrenchArrow(LeafSystem):
-    """Draws the force on the environment as an arrow at E, 5 mm for each newton.
+    """Draws force and moment on the environment as arrows at E: 5 mm for 1 N, 50 mm for 1 Nm.
 
     Ports:
         input motion_E: of E in W (19)
@@ -95,31 +105,35 @@ class WrenchArrow(LeafSystem):
         self._meshcat = meshcat
         self._motion = self.DeclareVectorInputPort("motion_E", frame_motion_vector())
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
-        colour = Rgba(0.9, 0.62, 0.0)
-        meshcat.SetObject("wrench/shaft", Cylinder(0.006, 1.0), colour)
-        meshcat.SetObject("wrench/tip", MeshcatCone(0.03, 0.014, 0.014), colour)
+        for path, colour in (("wrench", _FORCE_COLOUR), ("moment", _MOMENT_COLOUR)):
+            meshcat.SetObject(f"{path}/shaft", Cylinder(0.006, 1.0), colour)
+            meshcat.SetObject(f"{path}/tip", MeshcatCone(0.03, 0.014, 0.014), colour)
         self.DeclarePeriodicPublishEvent(_PERIOD, 0.0, self._draw)
         self.DeclareForcedPublishEvent(self._draw)
 
     def _draw(self, context: Context) -> None:
-        time = context.get_time()
         p_WE = self._motion.Eval(context)[POSITION]
-        force = self._wrench.Eval(context)[3:]
-        length = float(np.linalg.norm(force)) * _FORCE_SCALE
+        wrench = self._wrench.Eval(context)
+        self._draw_arrow("wrench", p_WE, _FORCE_SCALE * wrench[3:], context.get_time())
+        self._draw_arrow("moment", p_WE, _MOMENT_SCALE * wrench[:3], context.get_time())
+
+    def _draw_arrow(self, path: str, p_WE: Array, arrow: Array, time: float) -> None:
+        """Draws a vector [m] from E on; a short one is hidden."""
+        length = float(np.linalg.norm(arrow))
         visible = length > _SMALLEST_ARROW
-        self._meshcat.SetProperty("wrench", "visible", visible, time)
+        self._meshcat.SetProperty(path, "visible", visible, time)
         if not visible:
             return
-        R_WA = RotationMatrix.MakeFromOneVector(force, 2)
+        R_WA = RotationMatrix.MakeFromOneVector(arrow, 2)
         direction = R_WA.col(2)
         middle = RigidTransform(R_WA, p_WE + 0.5 * length * direction)
         # A Meshcat cone has its tip at the origin and opens along +z.
         tip = RigidTransform(
             R_WA @ RotationMatrix.MakeXRotation(np.pi), p_WE + (length + 0.03) * direction
         )
-        self._meshcat.SetTransform("wrench/shaft", middle, time)
-        self._meshcat.SetProperty("wrench/shaft", "scale", [1.0, 1.0, length], time)
-        self._meshcat.SetTransform("wrench/tip", tip, time)
+        self._meshcat.SetTransform(f"{path}/shaft", middle, time)
+        self._meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
+        self._meshcat.SetTransform(f"{path}/tip", tip, time)
 
 
 def _draw_triad(meshcat: Meshcat, path: str, length: float, radius: float) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from runs import assert_all_hold, claims_of, run
 
+from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
 from geoimp_drake.diagrams.experiments.redundancy import task_value
 
 WITHOUT = "redundancy.k_beta=0"
@@ -39,6 +40,12 @@ def test_the_task_function_is_driven_down_with_k_beta_and_not_without():
     (log, scenario, _), (other, unaware, _) = run("redundancy"), run("redundancy", WITHOUT)
     end = during(log, *CONTACT).nonzero()[0][-1]
     assert task_value(log, scenario)[end] * 50 < task_value(other, unaware)[end]
+
+
+def test_every_claim_across_both_runs_holds():
+    runs = {"with-k-beta": run("redundancy"), "without-k-beta": run("redundancy", WITHOUT)}
+    claims = CONTRASTS["redundancy"].claims({name: one[:2] for name, one in runs.items()})
+    assert [claim.holds for claim in claims] == [True] * 3
 
 
 def test_the_elbow_goes_its_way_while_the_hand_rests():

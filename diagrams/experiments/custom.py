@@ -1,0 +1,75 @@
+"""Your own experiment: what any impedance must show, and the figure of its errors and wrench."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geoimp_drake.diagrams.experiments.measures import (
+    ORIENTATION_LABELS,
+    Log,
+    moment_spring_error,
+    orientation_displacement,
+)
+from geoimp_drake.simulation.claims import (
+    Claim,
+    at_most,
+    force_spring_error,
+    last_second,
+    phase_reached,
+)
+from geoimp_drake.simulation.figures import interaction_figure
+from geoimp_drake.systems.desired_motion import phases_of
+
+__all__ = ["claims", "figures"]
+
+# Below these nothing is felt, and a relative error says nothing [N, Nm].
+_LEAST_FORCE, _LEAST_MOMENT = 0.5, 0.05
+
+
+def claims(log: Log, scenario: Any) -> list[Claim]:
+    """Returns that the impedance is really there at rest, as far as something is felt then."""
+    at_rest = phase_reached(log, scenario.duration) and log["t"][-1] > 1.0
+    figures = _figures_at_rest(log, scenario) if at_rest else {}
+    value = figures.get
+    wrench = np.abs(log[f"{scenario.compliant}/wrench"])
+    sensor = scenario.sensor
+    return [
+        at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.02),
+        at_most("at rest elastic moment against μ, relative error", value("moment"), 0.02),
+        at_most("drift of the force in the last second", value("drift"), 0.1, "N"),
+        at_most("largest force component", wrench[:, 3:].max(), sensor.force_range, "N"),
+        at_most("largest moment component", wrench[:, :3].max(), sensor.moment_range, "Nm"),
+    ]
+
+
+def _figures_at_rest(log: Log, scenario: Any) -> dict[str, float]:
+    body, rest = scenario.compliant, last_second(log)
+    wrench = log[f"{body}/wrench"][rest]
+    figures = {"drift": float(np.ptp(wrench[:, 3:], axis=0).max())}
+    axes = scenario.impedance.axes
+    if axes in ("both", "translation") and _least(wrench[:, 3:]) > _LEAST_FORCE:
+        _, _, K_p = scenario.impedance.gains("translation")
+        figures["force"] = force_spring_error(log, body, K_p, rest)
+    if axes in ("both", "rotation") and _least(wrench[:, :3]) > _LEAST_MOMENT:
+        figures["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
+    return figures
+
+
+def _least(vectors: Any) -> float:
+    return float(np.linalg.norm(vectors, axis=1).min())
+
+
+def figures(log: Log, scenario: Any) -> dict[str, Figure]:
+    """Returns displacement and wrench over time."""
+    body, family = scenario.compliant, scenario.impedance.orientation
+    return {
+        "custom": interaction_figure(
+            {f"{body}/wrench_true": log[f"{body}/wrench"], **log},
+            body,
+            orientation_displacement(log, body, scenario.impedance),
+            title=f"six-DOF impedance control, {family}",
+            orientation_label=ORIENTATION_LABELS[family],
+            phases=phases_of(getattr(scenario, "segments", [])),
+        )
+    }

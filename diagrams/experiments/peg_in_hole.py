@@ -1,0 +1,139 @@
+"""Loose cooperation: what `peg_in_hole` must show, and Fig 5.12."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geoimp_drake.diagrams.experiments.measures import Log
+from geoimp_drake.diagrams.insertion import insertion
+from geoimp_drake.diagrams.loose import LooseScenario
+from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
+from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.systems.frame_motion import POSITION, pose_of
+from geoimp_drake.typing import Array
+
+__all__ = ["claims", "depth", "figures", "sweep_figures"]
+
+FORCE_BOUND, MOMENT_BOUND = 50.0, 5.0  # within which mating stays [N, Nm]
+FORCE_RANGE, MOMENT_RANGE = 130.0, 10.0  # of the wrist sensor
+STEADY_FORCE = 25.0, 0.4  # 15 to 35 N
+
+
+def depth(log: Log, scenario: LooseScenario) -> Array:
+    """Returns how far the peg's tip is behind the hole's mouth over time (N) [m]."""
+    tip, mouth = log[f"{scenario.peg_arm}/motion_E"], log["hole/motion_H"]
+    return np.array(
+        [insertion(pose_of(P), pose_of(H)).depth for P, H in zip(tip, mouth, strict=True)]
+    )
+
+
+def claims(log: Log, scenario: LooseScenario) -> list[Claim]:
+    """Returns the claims, each with its figure from the log."""
+    if scenario.impedance.axes == "none":
+        return [_beyond_the_sensor(log, scenario)]
+    force, moment = _peaks(log, scenario)
+    return [
+        *_claims_at_rest(log, scenario),
+        at_most("largest mating force component", force, FORCE_BOUND, "N"),
+        at_most("largest mating moment component", moment, MOMENT_BOUND, "Nm"),
+    ]
+
+
+def sweep_figures(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
+    """Returns what a sweep tabulates: success is a seated peg with small forces."""
+    final = float(depth(log, scenario)[-1])
+    force, moment = _peaks(log, scenario)
+    seated = _reached(log, scenario) and final >= _least_depth(scenario)
+    return {
+        "success": bool(seated and force <= FORCE_BOUND and moment <= MOMENT_BOUND),
+        "seated": bool(seated),
+        "final_depth": final,
+        "mating_force": force,
+        "mating_moment": moment,
+    }
+
+
+def _beyond_the_sensor(log: Log, scenario: LooseScenario) -> Claim:
+    """Returns the claim about the same run without impedance: it would break something."""
+    force, moment = _peaks(log, scenario)
+    return at_least(
+        "without impedance: largest force or moment over the sensor's range",
+        max(force / FORCE_RANGE, moment / MOMENT_RANGE),
+        1.0,
+    )
+
+
+def _claims_at_rest(log: Log, scenario: LooseScenario) -> list[Claim]:
+    """Returns the claims on the steady state, without figures where the run ended before it."""
+    figures = _figures_at_rest(log, scenario) if _reached(log, scenario) else {}
+    value = figures.get
+    seated = [at_least("depth of the peg", value("depth"), 1e3 * _least_depth(scenario), "mm")]
+    if _overshoot(scenario) <= 0:
+        return seated
+    return [
+        *seated,
+        within("steady axial force", value("force"), *STEADY_FORCE, "N"),
+        at_most("K_p,y Δp_y against it, relative error", value("spring"), 0.03),
+    ]
+
+
+def _figures_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
+    arm, rest = scenario.compliant, last_second(log)
+    _, _, K_p = scenario.impedance.gains("translation")
+    axis = pose_of(log["hole/motion_H"][0]).rotation().col(2)
+    force = log[f"{arm}/wrench"][rest, 3:] @ axis
+    dp = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[rest][:, POSITION]
+    spring = dp @ K_p.T @ axis
+    return {
+        "depth": 1e3 * float(depth(log, scenario)[rest].min()),
+        "force": float(np.abs(force).mean()),
+        "spring": float(np.abs(spring / force - 1.0).max()),
+    }
+
+
+def _least_depth(scenario: LooseScenario) -> float:
+    """Returns the depth at which the peg counts as seated [m]."""
+    bottom = scenario.peg_hole.hole_depth
+    return min(scenario.planned().path - 0.005, bottom - 0.0005)
+
+
+def _overshoot(scenario: LooseScenario) -> float:
+    """Returns how far the plan leads past the hole's bottom [m]."""
+    return scenario.planned().path - scenario.peg_hole.hole_depth
+
+
+def _peaks(log: Log, scenario: LooseScenario) -> tuple[float, float]:
+    """Returns the largest true force and moment component at E."""
+    wrench = np.abs(log[f"{scenario.compliant}/wrench_true"])
+    return float(wrench[:, 3:].max()), float(wrench[:, :3].max())
+
+
+def _reached(log: Log, scenario: LooseScenario) -> bool:
+    """Returns whether the peg's arm has come to rest: its last second has one set-point."""
+    set_point = log[f"{scenario.peg_arm}/set_point"][last_second(log)]
+    moving = set_point[:, set_point.shape[1] // 2 :]
+    return bool(log["t"][-1] > 1.0 and not moving.any())
+
+
+def figures(log: Log, scenario: LooseScenario) -> dict[str, Figure]:
+    """Returns Fig 5.12 with the depth beside it, from the insertion on."""
+    moves = [
+        (str(name), float(begin), float(end))
+        for name, (begin, end) in zip(log["program/moves"], log["program/times"], strict=True)
+    ]
+    begin = min(moves[-1][1], float(log["t"][-1]))
+    late = log["t"] >= begin
+    wrench = log[f"{scenario.compliant}/wrench"][late]
+    behind = 1e3 * depth(log, scenario)[late]
+    return {
+        "figure_5_12": panels_figure(
+            {"t": log["t"][late]},
+            scenario.compliant,
+            [
+                ("mating force", "f [N]", wrench[:, 3:], None),
+                ("mating moment", "μ [Nm]", wrench[:, :3], None),
+                ("depth of the peg's tip", "[mm]", behind, 1e3 * scenario.peg_hole.hole_depth),
+            ],
+            f"peg_in_hole, {scenario.plan} plan",
+            [("insertion", begin, moves[-1][2]), ("hold", moves[-1][2], float(log["t"][-1]))],
+        )
+    }

@@ -1,0 +1,39 @@
+"""What `geoimp reproduce` runs of each experiment; in words and settings in reproduction.yaml."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
+from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
+from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
+from geoimp_drake.scenario import read_yaml
+from geoimp_drake.simulation.study import Study, Variant
+
+__all__ = ["studies"]
+
+
+def studies() -> tuple[Study, ...]:
+    """Returns every experiment with its variants, in the catalogue's order."""
+    data = read_yaml(Path(__file__).with_suffix(".yaml"))
+    return tuple(_study(name, data[name]) for name in EXPERIMENTS)
+
+
+def _study(name: str, data: Mapping[str, Any]) -> Study:
+    variants = tuple(_variant(key, value) for key, value in data["variants"].items())
+    comparison = data["comparison"]
+    return Study(
+        experiment=EXPERIMENTS[name],
+        variants=variants,
+        comparison=CONTRASTS.get(name) or COMPARISONS[name],
+        compared=tuple(comparison.get("variants", [variant.name for variant in variants])),
+        kind=comparison["kind"],
+        text=comparison["text"],
+        cost=data["cost"],
+    )
+
+
+def _variant(name: str, data: Mapping[str, Any]) -> Variant:
+    return Variant(
+        name, data["title"], tuple(data["settings"]), data["figures"], data.get("contrast", {})
+    )
