@@ -7,13 +7,10 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OUT ?= results
 
-.PHONY: run test lint format types tests clean
+.PHONY: run test lint format types tests docs browser clean
 
-run: $(STAMP)
-	@for experiment in $$($(BIN)/geoimp list | cut -d ' ' -f 1); do \
-		echo "== $$experiment" && \
-		$(BIN)/geoimp run $$experiment --html --out $(OUT)/$$experiment || exit 1; \
-	done
+run: $(STAMP) # prints where the report is; started again, it does what is missing
+	@$(BIN)/geoimp reproduce --out $(OUT)
 
 test: lint types tests
 
@@ -24,8 +21,19 @@ lint: $(STAMP)
 types: $(STAMP)
 	$(BIN)/mypy
 
-tests: $(STAMP)
+tests: $(STAMP) browser
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder # files share costly runs
+
+docs: $(STAMP) # what tests/test_documentation.py builds, to be read: build/docs/index.html
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/docs
+
+browser: # the pages are tested in Chromium; where it cannot be installed, a test says what to do
+	@for name in chromium chromium-browser google-chrome; do \
+		if command -v $$name > /dev/null; then exit 0; fi; \
+	done; \
+	if [ "$$(id -u)" = 0 ]; then \
+		apt-get update -qq && apt-get install -y -qq chromium; \
+	fi || true
 
 format: $(STAMP)
 	$(BIN)/ruff format .

@@ -9,15 +9,26 @@ expressed in the world frame W unless its name says otherwise; a wrench is exert
 effector on the environment**, about the end effector's origin. SI units throughout.
 """
 
-from geoimp_drake.config import ImpedanceControllerConfig
-from geoimp_drake.controllers import make_impedance_controller
-from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.systems.force_torque_sensor import ToolLoad, WristSensorConfig
-from geoimp_drake.wrist_sensor import add_wrist_sensor
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from geoimp_drake.config import ImpedanceControllerConfig
+    from geoimp_drake.controllers import make_impedance_controller
+    from geoimp_drake.cooperative_config import CooperativeControllerConfig
+    from geoimp_drake.cooperative_controller import make_cooperative_controller
+    from geoimp_drake.log_data import load_log
+    from geoimp_drake.robot_files.loading import load_robot
+    from geoimp_drake.robot_files.posture import find_start_posture
+    from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
+    from geoimp_drake.systems.force_torque_sensor import ToolLoad, WristSensorConfig
+    from geoimp_drake.systems.industrial_controller import make_industrial_controller
+    from geoimp_drake.wrist_sensor import add_wrist_sensor
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "CooperativeControllerConfig",
     "DesiredMotion",
     "ImpedanceControllerConfig",
     "MotionSegment",
@@ -25,5 +36,37 @@ __all__ = [
     "WristSensorConfig",
     "__version__",
     "add_wrist_sensor",
+    "find_start_posture",
+    "load_log",
+    "load_robot",
+    "make_cooperative_controller",
     "make_impedance_controller",
+    "make_industrial_controller",
 ]
+
+# Each is imported when it is asked for: the command line starts without Drake.
+_MODULES = {
+    "CooperativeControllerConfig": "cooperative_config",
+    "DesiredMotion": "systems.desired_motion",
+    "ImpedanceControllerConfig": "config",
+    "MotionSegment": "systems.desired_motion",
+    "ToolLoad": "systems.force_torque_sensor",
+    "WristSensorConfig": "systems.force_torque_sensor",
+    "add_wrist_sensor": "wrist_sensor",
+    "find_start_posture": "robot_files.posture",
+    "load_log": "log_data",
+    "load_robot": "robot_files.loading",
+    "make_cooperative_controller": "cooperative_controller",
+    "make_impedance_controller": "controllers",
+    "make_industrial_controller": "systems.industrial_controller",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -62,21 +62,47 @@ def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatc
     )
     redundancy = get_experiment("redundancy")
     file = tmp_path / "bench.json"
-    bench.run_bench(
-        file, get_experiment("plexiglas"), [BenchCase("redundant_free", redundancy, 35.0, True)]
-    )
+    cases = [
+        BenchCase("single_free", get_experiment("plexiglas"), 1.0),
+        BenchCase("redundant_free", redundancy, 35.0, True),
+    ]
+    bench.run_bench(cases, file)
     data = json.loads(file.read_text())
-    assert data["ratios"] == {"single_free": 0.2, "single_contact": 1.2, "redundant_free": 7.0}
-    assert set(data["real_time_factor"]) == {"plexiglas", "redundancy"}
+    assert data["ratios"] == {"single_free": 0.2, "redundant_free": 7.0}
+    assert set(data["real_time_factor"]) == {"redundancy"}
     assert data["microseconds_per_step"]["single_free"]["drake"] is None
 
 
-def test_the_command_writes_its_figures_as_json(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(bench, "time_experiment", lambda experiment, name, start: TIMING)
+def test_the_command_writes_its_figures_as_json_and_compares_them(monkeypatch, tmp_path, capsys):
+    def timing(experiment, name, start):
+        return dataclasses.replace(TIMING, name=name)
+
+    monkeypatch.setattr(bench, "time_experiment", timing)
     file = tmp_path / "bench.json"
     assert cli.main(["bench", "--json", str(file)]) == 0
     data = json.loads(file.read_text())
-    assert data["ratios"] == {"single_free": 10.0}
-    assert data["real_time_factor"] == {"plexiglas": 1.25}
+    assert {"single_free", "redundant_free", "bar_free"} <= data["ratios"].keys()
+    assert data["ratios"]["single_free"] == 10.0
+    assert data["real_time_factor"] == dict.fromkeys(
+        ["plexiglas", "redundancy", "bar", "peg_in_hole"], 1.25
+    )
     assert data["microseconds_per_step"]["single_free"]["bare"] == 50.0
     assert "single_free" in capsys.readouterr().out
+    assert cli.main(["bench", "--compare", str(file)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "slower: nothing"
+
+
+def test_cases_are_chosen_by_name(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "time_experiment", lambda experiment, name, start: TIMING)
+    assert cli.main(["bench", "--only", "single_free"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+    assert cli.main(["bench", "--only", "bar_fre"]) == 2
+    assert "Did you mean 'bar_free'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"ratios": {"single_free": "fast"}}'])
+def test_a_file_to_compare_with_that_is_none_is_refused(text, tmp_path, capsys):
+    file = tmp_path / "bench.json"
+    file.write_text(text)
+    assert cli.main(["bench", "--compare", str(file)]) == 2
+    assert "does not hold the figures" in capsys.readouterr().err

@@ -37,8 +37,10 @@ def test_a_run_leaves_the_files_of_the_contract(out):
         "scenario.yaml",
         "metrics.json",
         "figure_5_3.png",
+        "figure_5_3.pdf",
     }
     assert (out / "figure_5_3.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "figure_5_3.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_the_log_has_the_keys_and_shapes_of_the_contract(out):
@@ -132,7 +134,8 @@ BAD_SETTINGS = {
     "seed=[": "not YAML",
     "arm=eight": "eight.*six",
     "log_period=1e-4": "log_period is 0.0001.*plant.time_step, 0.001",
-    "plant.time_step=0": "plant.time_step is 0",
+    "plant.time_step=-1": "plant.time_step is -1",
+    "plant.time_step=0": "plant.time_step is 0, a continuous plant, .*'point'",
     "plant.contact_model=soft": "Unknown plant.contact_model 'soft'.*Valid: hydroelastic",
     "plant.discrete_contact_approximation=exact": "exact.*Valid: lagged, sap",
     "plant.contact_surface_representation=square": "square.*Valid: polygon",
@@ -216,7 +219,8 @@ def test_compare_runs_each_family_and_draws_them_together(out, capsys):
     families = ("quaternion", "alternative-euler", "angle-axis-simple")
     short = ("compare", "consistency", "--duration", "0.05", "--out", str(out))
     assert run(*short, "--orientation", *families) == 0
-    assert {path.name for path in out.iterdir()} == {*families, "comparison.png"}
+    compared = {f"comparison.{kind}" for kind in ("json", "pdf", "png")}
+    assert {path.name for path in out.iterdir()} == {*families, *compared}
     assert all((out / family / "metrics.json").exists() for family in families)
     printed = capsys.readouterr().out
     assert all(f"{family}\nclaim" in printed for family in families)

@@ -72,7 +72,8 @@ def calls_per_step(monkeypatch, experiment: str) -> dict[str, float]:
     simulator.AdvanceTo(0.01)
     calls.clear()
     simulator.AdvanceTo(0.06)
-    steps = calls["VelocityEstimator._next_reading"]
+    arms = 2 if experiment == "bar" else 1
+    steps = calls["VelocityEstimator._next_reading"] / arms
     assert 50 <= steps <= 51  # times are sums of rounded steps
     return {name: count / steps for name, count in calls.items()}
 
@@ -87,3 +88,12 @@ def test_evaluations_in_a_step(monkeypatch, experiment, own, internal, ports) ->
     assert calls.pop("internal", 0) == internal
     assert calls.pop("ports") == ports
     assert calls == {**EXPECTED, **own}
+
+
+def test_either_of_two_arms_is_evaluated_once_in_a_step(monkeypatch) -> None:
+    calls = calls_per_step(monkeypatch, "bar")
+    assert calls["arms"] == 2
+    assert calls["internal"] == 1
+    assert calls["MotionController._calc_acceleration"] == 2
+    # Of the object and of the grasp, as often as for one arm.
+    assert calls["ImpedanceIntegrator._calc_motion"] == 8

@@ -76,7 +76,10 @@ def test_dependencies_are_what_the_library_imports():
     # Drake's wheel is called drake and its package pydrake, PyYAML's is yaml.
     distribution_of = packages_distributions()
     imported = {distribution_of[name][0].lower() for name in foreign}
-    declared = PYPROJECT["project"]["dependencies"]
+    extras = PYPROJECT["project"]["optional-dependencies"]
+    used = extras.keys() - {"docs", "notebooks", "test"}
+    optional = [text for extra in used for text in extras[extra]]
+    declared = [*PYPROJECT["project"]["dependencies"], *optional]
     assert imported == {re.split(r"[<>=~! ]", text)[0].lower() for text in declared}
 
 

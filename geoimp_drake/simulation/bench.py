@@ -15,6 +15,7 @@ from pydrake.systems.controllers import InverseDynamicsController
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.typing import Array
 
@@ -85,32 +86,48 @@ class Timing:
         return 1e6 * self.step / self.logged
 
 
-def run_bench(json_file: Path | None, experiment: Any, others: Sequence[BenchCase] = ()) -> str:
-    """Times the closed loop, free and in contact; returns a table, writes JSON if asked to.
+def run_bench(
+    cases: Sequence[BenchCase], json_file: Path | None = None, earlier: Path | None = None
+) -> str:
+    """Times closed loops; returns a table, and what got slower since an earlier time.
 
     Args:
-        json_file: where to write, None for nowhere.
-        experiment: `plexiglas` of the catalogue.
-        others: further cases.
+        cases: what is timed.
+        json_file: where the figures are written, None for nowhere.
+        earlier: such a file, None for no comparison.
+
+    Raises:
+        ConfigurationError: the earlier file is no such file; nothing has been timed.
     """
-    cases = [
-        BenchCase("single_free", experiment, 1.0),
-        BenchCase("single_contact", experiment, 6.0, real_time=True),
-        *others,
-    ]
+    before = None if earlier is None else _read(earlier)
     timings = [time_experiment(case.experiment, case.name, case.start) for case in cases]
+    data = {
+        "microseconds_per_step": {t.name: _figures(t) for t in timings},
+        "ratios": {t.name: t.ratio for t in timings},
+        "real_time_factor": {
+            case.experiment.name: timing.real_time_factor
+            for case, timing in zip(cases, timings, strict=True)
+            if case.real_time
+        },
+    }
     if json_file is not None:
-        data = {
-            "microseconds_per_step": {t.name: _figures(t) for t in timings},
-            "ratios": {t.name: t.ratio for t in timings},
-            "real_time_factor": {
-                case.experiment.name: timing.real_time_factor
-                for case, timing in zip(cases, timings, strict=True)
-                if case.real_time
-            },
-        }
         json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-    return format_timings(timings)
+    table = format_timings(timings)
+    return table if before is None else f"{table}\n\n{compare_bench(before, data)}"
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        data: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        if not all(isinstance(ratio, float) for ratio in data["ratios"].values()):
+            raise TypeError
+    except OSError as error:
+        raise ConfigurationError(f"{file} cannot be read: {error.strerror}.") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise ConfigurationError(
+            f"{file} does not hold the figures of `geoimp bench --json FILE`."
+        ) from None
+    return data
 
 
 def _figures(timing: Timing) -> dict[str, float | None]:

@@ -1,6 +1,7 @@
-"""Several orientation families on one scenario, drawn over each other."""
+"""Several runs of one experiment, drawn over each other and judged together."""
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,10 @@ from geoimp_drake.simulation.experiment import FileWriter, run_experiment
 from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.typing import Array
 
-__all__ = ["compare_families", "comparison_figure"]
+__all__ = ["Runs", "compare_families", "compare_runs", "comparison_figure"]
+
+# Log and scenario by the run's name.
+Runs = Mapping[str, tuple[dict[str, Array], Any]]
 
 _DASHES = ("-", (0, (6, 2)), (0, (2, 1)), (0, (6, 2, 2, 2)))
 
@@ -43,13 +47,11 @@ def compare_families(
         for family, scenario in scenarios.items()
     }
     runs = {family: (result.log, scenarios[family]) for family, result in results.items()}
-    writer = FileWriter(out)
-    figure = comparison_figure(experiment.name, comparison, runs)
-    writer.write("comparison.png", lambda path: figure.savefig(path, format="png"))
+    across, files = compare_runs(experiment.name, comparison, runs, out, "orientation families")
     return (
         {family: result.claims for family, result in results.items()},
-        comparison.claims(runs),
-        [path for result in results.values() for path in result.files] + writer.files,
+        across,
+        [path for result in results.values() for path in result.files] + files,
         {
             family: result.failure
             for family, result in results.items()
@@ -58,29 +60,53 @@ def compare_families(
     )
 
 
+def compare_runs(
+    name: str, comparison: Any, runs: Runs, out: Path, kind: str
+) -> tuple[list[Claim], list[Path]]:
+    """Writes the figure of several runs, and comparison.json with the claims across them.
+
+    Args:
+        name: of the experiment.
+        comparison: its curves and claims across runs.
+        runs: that are compared.
+        out: folder to write into.
+        kind: what they differ in, in words.
+
+    Returns:
+        The claims, and the files that were written.
+    """
+    claims = comparison.claims(runs)
+    data = {
+        "experiment": name,
+        "compared": list(runs),
+        "claims": [claim.as_dict() for claim in claims],
+    }
+    text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
+    writer = FileWriter(out)
+    writer.write_figure("comparison", comparison_figure(name, comparison, runs, kind))
+    writer.write("comparison.json", lambda path: path.write_text(text, "utf-8"))
+    return claims, writer.files
+
+
 def comparison_figure(
-    name: str, comparison: Any, runs: dict[str, tuple[dict[str, Array], Any]]
+    name: str, comparison: Any, runs: Runs, kind: str = "orientation families"
 ) -> Figure:
-    """Returns one panel a quantity, one curve a family.
+    """Returns one panel a quantity, one curve a run.
 
     Args:
         name: of the experiment.
         comparison: its curves.
-        runs: log and scenario by family.
+        runs: that are compared.
+        kind: what they differ in, in words.
     """
     with figure_style():
-        panels = {family: comparison.curves(*run) for family, run in runs.items()}
+        panels = {run: comparison.curves(*runs[run]) for run in runs}
         first = next(iter(panels.values()))
         figure = Figure(figsize=(4.5 * len(first), 3.6))
         for index, axes in enumerate(np.atleast_1d(figure.subplots(1, len(first)))):
-            for k, (family, curves) in enumerate(panels.items()):
+            for k, (run, curves) in enumerate(panels.items()):
                 values = curves[index][2]
-                axes.plot(
-                    runs[family][0]["t"],
-                    values,
-                    label=family,
-                    linestyle=_DASHES[k % len(_DASHES)],
-                )
+                axes.plot(runs[run][0]["t"], values, label=run, linestyle=_DASHES[k % len(_DASHES)])
             title, label, _ = first[index]
             axes.set_title(title)
             axes.set_ylabel(label)
@@ -88,5 +114,5 @@ def comparison_figure(
             axes.set_xlim(left=0.0)
             axes.set_ylim(bottom=0.0)
         axes.legend(loc="best")
-        figure.suptitle(f"{name}: orientation families compared")
+        figure.suptitle(f"{name}: {kind} compared")
     return figure

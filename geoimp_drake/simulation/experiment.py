@@ -16,11 +16,13 @@ from matplotlib.figure import Figure
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.scenario import dump_scenario
 from geoimp_drake.simulation.claims import Claim
+from geoimp_drake.simulation.live import pause_button
 from geoimp_drake.simulation.replay import start_meshcat, write_replay
 from geoimp_drake.simulation.run import simulate
+from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.typing import Array
 
-__all__ = ["FileWriter", "RunResult", "run_experiment"]
+__all__ = ["FileWriter", "RunResult", "run_experiment", "versions"]
 
 _log = logging.getLogger("drake")
 
@@ -59,7 +61,7 @@ def run_experiment(
         out: folder to write into; made if need be.
         figures: draw the chapter's figures.
         html: write a replay.
-        live: show the run in Meshcat, at real time at most, and say where.
+        live: show the run in Meshcat, at real time at most, with sliders and buttons.
 
     Raises:
         ConfigurationError: the scenario or the folder cannot be used; nothing has been written.
@@ -67,10 +69,12 @@ def run_experiment(
     """
     _check_writable(out)
     meshcat = start_meshcat(*experiment.view) if html or live else None
-    setup = experiment.build(scenario, meshcat)
+    setup = experiment.build(scenario, meshcat, live=live)
     if meshcat is not None and html:
         meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
+    wait = None
     if meshcat is not None and live:
+        wait = pause_button(meshcat)
         _log.info(f"Meshcat shows the run at {meshcat.web_url()}")
     outcome = simulate(
         setup.diagram,
@@ -78,6 +82,8 @@ def run_experiment(
         scenario.duration,
         label=scenario.experiment,
         real_time=live,
+        events=setup.events,
+        wait=wait,
     )
     if outcome.failure is not None and outcome.time == 0.0:
         raise _unusable(outcome.failure)
@@ -93,7 +99,7 @@ def run_experiment(
     )
     if figures:
         for name, figure in experiment.figures(log, scenario).items():
-            _save_figure(writer, name, figure)
+            writer.write_figure(name, figure)
     if meshcat is not None and html:
         meshcat.StopRecording()
         meshcat.PublishRecording()
@@ -134,15 +140,20 @@ class FileWriter:
         part.replace(self._out / name)
         self.files.append(self._out / name)
 
+    def write_figure(self, name: str, figure: Figure) -> None:
+        """Writes a figure as NAME.png and, for print, as NAME.pdf; each time the same bytes."""
+        # The name of the unfinished file does not tell matplotlib the format.
+        with figure_style():
+            self.write(f"{name}.png", lambda path: figure.savefig(path, format="png"))
+            undated = {"CreationDate": None}
+            self.write(
+                f"{name}.pdf", lambda path: figure.savefig(path, format="pdf", metadata=undated)
+            )
+
 
 def _save_log(log: dict[str, Array], path: Path) -> None:
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **log)
-
-
-def _save_figure(writer: FileWriter, name: str, figure: Figure) -> None:
-    # The name of the unfinished file does not tell matplotlib the format.
-    writer.write(f"{name}.png", lambda path: figure.savefig(path, format="png"))
 
 
 def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> str:
@@ -152,11 +163,16 @@ def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> s
         "duration": scenario.duration,
         "failure": None if failure is None else str(failure),
         "claims": [claim.as_dict() for claim in claims],
-        "versions": {
-            "geoimp_drake": version("geoimp-drake"),
-            "drake": version("drake"),
-            "numpy": np.__version__,
-            "python": platform.python_version(),
-        },
+        "versions": versions(),
     }
     return json.dumps(metrics, indent=2, ensure_ascii=False, default=float) + "\n"
+
+
+def versions() -> dict[str, str]:
+    """Returns the versions of what a run's numbers depend on."""
+    return {
+        "geoimp_drake": version("geoimp-drake"),
+        "drake": version("drake"),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }

@@ -94,10 +94,10 @@ class ArmModel(LeafSystem):
         state = self._state.Eval(context)
         if not is_finite(state):
             check_signal(state, f"{self.get_name()}:state")
-        scratch = self._scratch.Eval(context)
-        output.set_value(
-            evaluate_arm(self._model, scratch, state[self._model.state_order], self._from_rotation)
-        )
+        ordered, scratch = state[self._model.state_order], self._scratch.Eval(context)
+        # A step of the plant makes Drake ask again for a state that has been evaluated already.
+        if not _is_at(output.get_value(), ordered):
+            output.set_value(evaluate_arm(self._model, scratch, ordered, self._from_rotation))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         arm = self._arm.Eval(context)
@@ -106,6 +106,11 @@ class ArmModel(LeafSystem):
         motion[POSITION] = arm.p_WE
         motion[VELOCITY] = arm.V_WE
         output.SetFromVector(motion)
+
+
+def _is_at(arm: object, state: Array) -> bool:
+    """Whether an arm has been evaluated at [q; v]; before the first time it is no arm at all."""
+    return isinstance(arm, ArmState) and np.array_equal(np.concatenate((arm.q, arm.v)), state)
 
 
 def evaluate_arm(
