@@ -26,6 +26,7 @@ PORTS = {
     "estimated_state": lambda n: 2 * n,
     "desired_motion": lambda n: 19,
     "wrench": lambda n: 6,
+    "stiffness_scale": lambda n: 2,
     "actuation": lambda n: n,
     "compliant_motion": lambda n: 19,
 }
@@ -98,10 +99,10 @@ def test_ports_have_the_documented_names_and_sizes(joints: int) -> None:
     rig = make_arm_plant(joints=joints, company=True)
     controller = make_impedance_controller(rig.plant, rig.arm, rig.E)
     for k, (name, size) in enumerate(PORTS.items()):
-        get = controller.GetInputPort if k < 3 else controller.GetOutputPort
+        get = controller.GetInputPort if k < 4 else controller.GetOutputPort
         assert get(name).get_data_type() == PortDataType.kVectorValued
         assert get(name).size() == size(joints)
-    assert controller.num_input_ports() == 3
+    assert controller.num_input_ports() == 4
 
 
 def test_default_configuration_is_the_chapters_first_experiment() -> None:

@@ -17,7 +17,7 @@ def run(name: str, *overrides: str) -> tuple[Any, Any, Exception | None]:
     experiment = get_experiment(name)
     scenario = experiment.scenario((), overrides)
     setup = experiment.build(scenario)
-    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration)
+    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration, events=setup.events)
     log = setup.recorder.collect(outcome.context)
     for value in log.values():
         value.setflags(write=False)
