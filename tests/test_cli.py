@@ -191,7 +191,7 @@ def test_a_bad_scenario_file_gets_one_clear_line(content, out, tmp_path, capsys)
         (("run", "plexiglas", "--duration", "-1"), "duration is -1"),
         (("run", "plexiglas", "--duration", "soon"), "--duration: invalid float value: 'soon'"),
         (("run", "plexiglas", "--scenario", "missing.yaml"), "missing.yaml cannot be read"),
-        (("run",), "EXPERIMENT"),
+        (("run",), "Name an experiment that `geoimp list` shows"),
         (("walk",), "invalid choice: 'walk'"),
     ],
 )
