@@ -1,5 +1,6 @@
 """What every scenario has: length and log of the run, the control, and Drake's own settings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from pydrake.multibody.plant import MultibodyPlantConfig
@@ -14,6 +15,7 @@ from geoimp_drake.config import (
 )
 from geoimp_drake.diagrams.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.desired_motion import MotionSegment
 from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
 from geoimp_drake.validation import positive
 
@@ -68,3 +70,10 @@ class RunSettings:
                 f"log_period is {self.log_period:g} s; it must not be shorter than "
                 f"plant.time_step, {self.plant.time_step:g} s."
             )
+
+    def validate_motion(self, segments: Sequence[MotionSegment]) -> None:
+        """Raises ConfigurationError if a segment cannot be used, or nothing says how long it is."""
+        for index, segment in enumerate(segments):
+            segment.validate(f"segments.{index}")
+        if not segments and self.duration is None:
+            raise ConfigurationError("There is no motion; give a duration.")

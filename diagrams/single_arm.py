@@ -21,7 +21,6 @@ from geoimp_drake.diagrams.run_settings import RunSettings
 from geoimp_drake.diagrams.setup import Setup
 from geoimp_drake.diagrams.surface import add_disk_contact, add_surface, surface_plane
 from geoimp_drake.diagrams.surface_placement import SurfacePlacement, check_clear
-from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
@@ -60,10 +59,7 @@ class SingleArmScenario(RunSettings):
         else:
             self.robot.validate("robot")
         self.validate_run()
-        for index, segment in enumerate(self.segments):
-            segment.validate(f"segments.{index}")
-        if not self.segments and self.duration is None:
-            raise ConfigurationError("There is no motion; give a duration.")
+        self.validate_motion(self.segments)
         self.start.validate()
         for part in (self.surface, self.external):
             if part is not None:

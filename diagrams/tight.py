@@ -109,10 +109,7 @@ class TightScenario(RunSettings):
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""
         self.validate_run()
-        for index, segment in enumerate(self.segments):
-            segment.validate(f"segments.{index}")
-        if not self.segments and self.duration is None:
-            raise ConfigurationError("There is no motion; give a duration.")
+        self.validate_motion(self.segments)
         finite_vector(self.centre, "centre", 3)
         for arm in self.guesses:
             choice(arm, "arm in guesses", ARMS)

@@ -150,7 +150,7 @@ EXPERIMENTS = {
             "one arm brings a peg by a motion program, the other holds the hole (Fig 5.12)",
             "loose",
             "peg_in_hole",
-            view=((1.3, 1.2, 1.4), (0.0, 1.9, 0.85)),
+            view=((0.75, 1.45, 1.2), (0.0, 1.93, 0.87)),
         ),
         Experiment(
             "bar",
