@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import DiscreteTimeDelay
 
 from geoimp_drake.config import RedundancyConfig
 from geoimp_drake.control_model import ControlModel
@@ -14,7 +13,6 @@ from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
-from geoimp_drake.systems.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.task_functions.task_function import TaskFunction
@@ -119,7 +117,9 @@ def make_cooperative_controller(
     _connect(builder, kinematics, "object_wrench", impedance, "wrench")
     _connect(builder, impedance, "compliant_motion", references, "compliant_motion")
     if config.load.mass > 0 and config.load.inertial_load == "compliant":
-        _add_inertial_load(builder, config.sampling.period, impedance, kinematics)
+        # A reading of the sensors is of the plant's last step. That also breaks the loop
+        # acceleration of C → wrench → acceleration of C.
+        _connect(builder, impedance, "last_compliant_motion", kinematics, "reference_motion")
     if config.internal.enabled:
         _add_internal_impedance(builder, config, kinematics, references)
     _export_inputs(builder, arms, impedance, kinematics)
@@ -222,21 +222,6 @@ def _make_arm(
     builder.ExportOutput(torque.GetOutputPort("peak_effort"), "peak_effort")
     builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")
     return builder.Build()
-
-
-def _add_inertial_load(
-    builder: DiagramBuilder, period: float, impedance: System, kinematics: System
-) -> None:
-    """Feeds the motion of C to the object's inertial load.
-
-    Delayed: a reading of the sensors is of the plant's last step, made with the references of the
-    sample before. This also breaks the loop acceleration of C → wrench → acceleration of C.
-    """
-    delay = builder.AddNamedSystem(
-        "compliant_motion_before", DiscreteTimeDelay(period, 1, FRAME_MOTION_SIZE)
-    )
-    builder.Connect(impedance.GetOutputPort("compliant_motion"), delay.get_input_port())
-    builder.Connect(delay.get_output_port(), kinematics.GetInputPort("reference_motion"))
 
 
 def _add_internal_impedance(

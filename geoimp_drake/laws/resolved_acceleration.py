@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import SingularityError
 from geoimp_drake.typing import Array
 
 __all__ = ["check_regular", "resolved_acceleration"]
 
 
+@compilable
 def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
     """(2.5) α = J⁻¹(a − J̇q̇), which gives (2.6) v̇_e = a. Floats only: it solves with LAPACK.
 
@@ -20,14 +22,10 @@ def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
         α (6,) [rad/s²].
 
     Raises:
-        SingularityError: J is exactly singular. Near a singularity α is large, not refused: see
-            `check_regular`.
+        numpy.linalg.LinAlgError: J is exactly singular. Near a singularity α is large, not refused:
+            see `check_regular`.
     """
-    try:
-        return np.linalg.solve(J, a - Jdot_v)
-    except np.linalg.LinAlgError:
-        check_regular(J)
-        raise
+    return np.linalg.solve(J, a - Jdot_v)
 
 
 def check_regular(J: Array, smallest: float = 1e-6) -> None:

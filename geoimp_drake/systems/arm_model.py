@@ -110,7 +110,7 @@ class ArmModel(LeafSystem):
 
 def _is_at(arm: object, state: Array) -> bool:
     """Whether an arm has been evaluated at [q; v]; before the first time it is no arm at all."""
-    return isinstance(arm, ArmState) and np.array_equal(np.concatenate((arm.q, arm.v)), state)
+    return isinstance(arm, ArmState) and arm.q.tobytes() + arm.v.tobytes() == state.tobytes()
 
 
 def evaluate_arm(

@@ -8,7 +8,14 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialAcceleration, SpatialForce, SpatialVelocity
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    State,
+)
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
@@ -31,9 +38,11 @@ __all__ = ["ForceTorqueSensor", "SensorMounting", "ToolLoad", "WristSensorConfig
 
 _log = logging.getLogger("drake")
 
-# The state: the wrench that is held, the last reading, the peak, how many samples there have been.
+# The state: the wrench that is held, the last reading, the peak, how many samples there have been,
+# and the motion with which the tool's inertial load is removed.
 _HELD, _READING, _PEAK, _COUNT = slice(0, 6), slice(6, 12), slice(12, 18), 18
-_STATE_SIZE = 19
+_REFERENCE = slice(19, 19 + FRAME_MOTION_SIZE)
+_STATE_SIZE = 19 + FRAME_MOTION_SIZE
 
 _AXES = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 
@@ -125,6 +134,9 @@ class ForceTorqueSensor(LeafSystem):
     reaction forces before its first step, so the first sample counts one period after the
     start; until then the wrench is what the hand is known to carry, zero unless given.
 
+    The reference motion is read when a discrete plant begins its step: a reaction belongs to the
+    motion that this step followed.
+
     Args:
         mounting: where the sensor sits.
         tool: mass, centre of mass and inertia beyond the sensor, in S.
@@ -176,6 +188,7 @@ class ForceTorqueSensor(LeafSystem):
         self._wrench = compiled(sensed_wrench)
         self._declare_inputs()
         start = np.zeros(_STATE_SIZE)
+        start[_REFERENCE] = frame_motion_vector().value()
         if initial_wrench is not None:
             start[_HELD] = finite_vector(initial_wrench, "initial_wrench", 6)
         held = {self.discrete_state_ticket(self.DeclareDiscreteState(start))}
@@ -184,6 +197,10 @@ class ForceTorqueSensor(LeafSystem):
         self.DeclareVectorOutputPort("peak_reading", 6, self._calc_peak, held)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(config.period, 0.0, self._sample)
+        if config.inertial_load == "reference":
+            # Unrestricted updates come first, together with the step of a plant with sampled output
+            # ports: what the step has evaluated is not evaluated again.
+            self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, 0.0, self._keep_reference)
 
     def _declare_inputs(self) -> None:
         def declare(name: str, element: type) -> InputPort:
@@ -224,6 +241,10 @@ class ForceTorqueSensor(LeafSystem):
             self._report_range(context.get_time(), raw, before[_PEAK], after[_PEAK])
         self._contact_wrench(context, reading, after[_HELD])
 
+    def _keep_reference(self, context: Context, state: State) -> None:
+        values = state.get_mutable_discrete_state().get_mutable_value()
+        values[_REFERENCE] = self._reference.Eval(context)
+
     def _reaction(self, context: Context) -> Array:
         """Returns the reaction [moment; force] on the tool about So, in S."""
         reaction: Array = self._forces.Eval(context)[self._joint].get_coeffs()
@@ -258,7 +279,7 @@ class ForceTorqueSensor(LeafSystem):
     def _load_motion(self, context: Context, X_WT: RigidTransform) -> Array:
         """Returns the motion with which the tool's inertial load is removed; zero for none."""
         if self._config.inertial_load == "reference":
-            reference: Array = self._reference.Eval(context)
+            reference: Array = context.get_discrete_state_vector().value()[_REFERENCE]
             return reference
         motion = np.zeros(FRAME_MOTION_SIZE)
         motion[0] = 1.0

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.grasp_watch import watch_grasps
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive
@@ -96,6 +98,12 @@ class GraspMonitor(LeafSystem):
         self._times = self.DeclareDiscreteState(self._start)
         self._opened = self.DeclareDiscreteState(np.array([0.0, 0.0, GRASP_CLOSED]))
         self._period = period
+        self._law = compiled(watch_grasps)
+        fields = self._config
+        self._thresholds = np.array(
+            [fields.force_threshold, fields.moment_threshold, fields.loaded], dtype=float
+        )
+        self._limits = np.array([fields.fall_time, fields.dwell], dtype=float)
         self.DeclareVectorOutputPort(
             "opened", 3, self._calc_opened, {self.discrete_state_ticket(self._opened)}
         )
@@ -110,32 +118,20 @@ class GraspMonitor(LeafSystem):
         state.set_value(self._opened, [0.0, 0.0, GRASP_CLOSED])
 
     def _watch(self, context: Context, state: DiscreteValues) -> None:
-        times = context.get_discrete_state(self._times).value()
-        since_loaded, empty = times[:2] + self._period, times[2:] + self._period
-        size = self._sizes(context)
-        since_loaded[size >= self._config.loaded] = 0.0
-        empty[size >= 1.0] = 0.0
-        state.set_value(self._times, np.concatenate((since_loaded, empty)))
-        # From the first empty sample on; half a period more or less is rounding.
-        held_empty = empty - self._period
-        fell = since_loaded - held_empty < self._config.fall_time + 0.5 * self._period
-        self._latch(context, state, fell & (held_empty > self._config.dwell - 0.5 * self._period))
-
-    def _sizes(self, context: Context) -> Array:
-        """Returns the size of both wrenches as a multiple of the thresholds."""
-        sizes = np.empty(2)
-        for k, port in enumerate(self._wrenches):
-            h = port.Eval(context)
-            check_signal(h, f"{self.get_name()}:{port.get_name()}")
-            sizes[k] = max(
-                np.sqrt(h[3:] @ h[3:]) / self._config.force_threshold,
-                np.sqrt(h[:3] @ h[:3]) / self._config.moment_threshold,
-            )
-        return sizes
+        h_1, h_2 = (port.Eval(context) for port in self._wrenches)
+        before, opened = context.get_discrete_state(self._times).value(), np.empty(2)
+        after = state.get_mutable_value(self._times)
+        if not self._law(
+            h_1, h_2, before, self._thresholds, self._limits, self._period, after, opened
+        ):
+            for port, h in zip(self._wrenches, (h_1, h_2), strict=True):
+                check_signal(h, f"{self.get_name()}:{port.get_name()}")
+        if opened[0] or opened[1]:
+            self._latch(context, state, opened)
 
     def _latch(self, context: Context, state: DiscreteValues, opened: Array) -> None:
         before = context.get_discrete_state(self._opened).value()
-        new = opened & (before[:2] == 0.0)
+        new = (opened != 0.0) & (before[:2] == 0.0)
         if not new.any():
             return
         time = context.get_time() if before[2] == GRASP_CLOSED else before[2]

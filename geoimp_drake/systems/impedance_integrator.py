@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.containers import namedview
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -12,6 +13,7 @@ from pydrake.systems.framework import (
     EventStatus,
     LeafSystem,
     State,
+    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
@@ -82,6 +84,9 @@ class ImpedanceIntegrator(LeafSystem):
     Near a singularity of the family's Euler angles, where cond(T) exceeds 10, a warning is logged
     once; at the singularity, or beyond ϑ_M of an angle/axis family, a named error is raised.
 
+    What a plant's last step has done belongs to the motion of C when that step began; it is held
+    in the state, so that an inertial load taken from it makes no algebraic loop with the wrench.
+
     Frames: W world, D desired, C compliant, E end effector.
 
     Args:
@@ -103,6 +108,7 @@ class ImpedanceIntegrator(LeafSystem):
         input measured_motion: of E in W, read until the first step only (19)
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output compliant_motion: of C in W (19)
+        output last_compliant_motion: of C when the last step began; of no input directly (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
     """
@@ -125,7 +131,6 @@ class ImpedanceIntegrator(LeafSystem):
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
         self._law, self._rate = _law_of(rotation), compiled(frame_state_rate)
-        self._normalized = compiled(quaternion.normalized)
         self._gains: tuple[Array, ...] = (
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
             np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
@@ -141,7 +146,8 @@ class ImpedanceIntegrator(LeafSystem):
         self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
         # As declared it is zero, quaternion included: C has not started.
         self.DeclareContinuousState(FRAME_STATE_SIZE)
-        self.DeclareDiscreteState(1)  # whether bad conditioning has been reported
+        self._reported = self.DeclareDiscreteState(1)  # whether bad conditioning has been
+        self._last = self.DeclareDiscreteState(frame_motion_vector())
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
@@ -149,9 +155,21 @@ class ImpedanceIntegrator(LeafSystem):
             self.xc_ticket(),
             *(self.input_port_ticket(port.get_index()) for port in self._inputs()),
         }
+        # They change when the scale does, not with every step.
+        self._current_gains = self.DeclareCacheEntry(
+            "gains",
+            ValueProducer(lambda: AbstractValue.Make(object()), self._calc_gains),
+            {self.input_port_ticket(self._scale.get_index())},
+        )
         # The law's one evaluation for a state and its inputs is this port's value.
         self._compliant = self.DeclareVectorOutputPort(
             "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
+        )
+        self.DeclareVectorOutputPort(
+            "last_compliant_motion",
+            frame_motion_vector(),
+            self._calc_last,
+            {self.discrete_state_ticket(self._last)},
         )
         self.DeclareVectorOutputPort("displacement", 6, self._calc_displacement, law_inputs)
         self.DeclareVectorOutputPort(
@@ -174,7 +192,8 @@ class ImpedanceIntegrator(LeafSystem):
     def _stop(self, context: Context, state: State) -> EventStatus:
         """Forgets where C was. It starts with the first step: by then the joints have been read."""
         state.get_mutable_continuous_state().SetFromVector(np.zeros(FRAME_STATE_SIZE))
-        state.get_mutable_discrete_state().set_value([0.0])
+        state.get_mutable_discrete_state(self._reported).SetFromVector([0.0])
+        state.get_mutable_discrete_state(self._last).SetFromVector(frame_motion_vector().value())
         return EventStatus.Succeeded()
 
     def _check(self, context: Context) -> EventStatus:
@@ -183,17 +202,19 @@ class ImpedanceIntegrator(LeafSystem):
         return EventStatus.Succeeded()
 
     def _start_or_normalize(self, context: Context, state: State) -> EventStatus:
-        x = self._compliant_state(context)
-        x[QUATERNION] = self._normalized(x[QUATERNION])
-        state.get_mutable_continuous_state().SetFromVector(x)
-        if self._has_conditioning and not context.get_discrete_state_vector().value()[0]:
-            self._watch_conditioning(context, x[QUATERNION], state)
+        # The law's quaternion is normalized. This comes with the plant's step, whose torque has
+        # evaluated the law already.
+        motion = self._compliant.Eval(context)
+        state.get_mutable_continuous_state().SetFromVector(motion[:FRAME_STATE_SIZE])
+        state.get_mutable_discrete_state(self._last).SetFromVector(motion)
+        if self._has_conditioning and not context.get_discrete_state(self._reported).value()[0]:
+            self._watch_conditioning(context, motion[QUATERNION], state)
         return EventStatus.Succeeded()
 
     def _watch_conditioning(self, context: Context, Q_WC: Array, state: State) -> None:
         conditioning = self._rotation.conditioning(self._desired.Eval(context)[QUATERNION], Q_WC)
         if conditioning > _ILL_CONDITIONED:
-            state.get_mutable_discrete_state().set_value([1.0])
+            state.get_mutable_discrete_state(self._reported).SetFromVector([1.0])
             _log.warning(
                 f"{self.get_name()}: at t = {context.get_time():.3f} s the orientation family "
                 f"'{self._rotation.name}' comes near its singularity, cond(T) = "
@@ -222,11 +243,13 @@ class ImpedanceIntegrator(LeafSystem):
             self._rotation.check_domain(
                 desired[QUATERNION], quaternion.normalized(state[QUATERNION])
             )
-        gains = self._gains
-        if self._scale.HasValue(context):
-            gains = self._scaled_gains(*self._scale.Eval(context))
+        gains = self._current_gains.Eval(context)
         if not self._law(state, desired, wrench, *gains, output.get_mutable_value()):
             self._check_signals(desired, wrench, state)
+
+    def _calc_gains(self, context: Context, value: AbstractValue) -> None:
+        scaled = self._scale.HasValue(context)
+        value.set_value(self._scaled_gains(*self._scale.Eval(context)) if scaled else self._gains)
 
     def _scaled_gains(self, p: float, o: float) -> tuple[Array, ...]:
         """Returns the gains with K_p and K_o multiplied by positive factors."""
@@ -255,6 +278,9 @@ class ImpedanceIntegrator(LeafSystem):
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
         derivatives.SetFromVector(self._rate(self._compliant.Eval(context)))
+
+    def _calc_last(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._last).value())
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)

@@ -116,6 +116,7 @@ class InternalImpedance(ImpedanceIntegrator):
         input measured_motion: the measured mutual motion, read until the first step only (19)
         input stiffness_scale: factors of K and K_o, one each if not connected (2)
         output compliant_motion: the mutual motion for the references (19)
+        output last_compliant_motion: the same when the last step began (19)
         output displacement: [ε; Δp], the grasp's mutual pose from that of the references (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
     """

@@ -13,11 +13,12 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping, smallest_singular_value
 from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.laws.redundant_acceleration import redundant_acceleration
-from geoimp_drake.laws.resolved_acceleration import resolved_acceleration
+from geoimp_drake.laws.resolved_acceleration import check_regular, resolved_acceleration
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.systems.internal_motion import (
     InternalMotion,
@@ -90,6 +91,8 @@ class RedundancyResolver(LeafSystem):
         self._gains = InternalMotionGains.checked(
             model.num_joints, K_n, k_beta, weight, damping or SingularityDamping()
         )
+        self._resolve = compiled(resolved_acceleration)
+        self._combine = compiled(redundant_acceleration)
         self._declare(model.num_joints)
 
     def _declare(self, n: int) -> None:
@@ -160,7 +163,11 @@ class RedundancyResolver(LeafSystem):
 
     def _calc_six(self, context: Context, output: BasicVector) -> None:
         arm, a = self._arm.Eval(context), self._task_acceleration(context)
-        output.SetFromVector(resolved_acceleration(arm.Jv_V_WE, arm.Jdot_v, a))
+        try:
+            output.SetFromVector(self._resolve(arm.Jv_V_WE, arm.Jdot_v, a))
+        except np.linalg.LinAlgError:
+            check_regular(arm.Jv_V_WE)
+            raise
 
     def _report_six(self, context: Context, value: AbstractValue) -> None:
         sigma = smallest_singular_value(self._arm.Eval(context).Jv_V_WE)
@@ -170,9 +177,7 @@ class RedundancyResolver(LeafSystem):
     def _calc_redundant(self, context: Context, output: BasicVector) -> None:
         arm, a = self._arm.Eval(context), self._task_acceleration(context)
         internal = self._internal.Eval(context)
-        output.SetFromVector(
-            redundant_acceleration(internal.J_pinv, a, arm.Jdot_v, internal.alpha_n)
-        )
+        output.SetFromVector(self._combine(internal.J_pinv, a, arm.Jdot_v, internal.alpha_n))
 
     def _calc_internal(self, context: Context, value: AbstractValue) -> None:
         arm = self._arm.Eval(context)

@@ -2,8 +2,16 @@
 
 import numpy as np
 import pytest
+from pydrake.common import RandomDistribution
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import MatrixGain, ZeroOrderHold
+from pydrake.systems.primitives import (
+    Adder,
+    Gain,
+    LogVectorOutput,
+    MatrixGain,
+    RandomSource,
+    ZeroOrderHold,
+)
 from signal_sources import Rig, Source, constant, fixed_step
 
 from geoimp_drake.errors import ConfigurationError
@@ -70,10 +78,17 @@ def test_part_that_is_left_out_keeps_the_pose_of_the_grasp(axes: str, part: slic
     assert np.abs(motion[other] - at_rest()[other]).max() > 1e-4
 
 
-def squeeze(config: InternalImpedanceConfig, error: float, grasp: float, time: float) -> float:
-    """The force left when the assumed mutual pose is wrong by `error` [m] in a stiff grasp.
+def squeeze(
+    config: InternalImpedanceConfig,
+    error: float,
+    grasp: float,
+    time: float,
+    noise: float = 0.0,
+) -> np.ndarray:
+    """The force in a stiff grasp over time when the assumed mutual pose is wrong by `error` [m].
 
-    The hands follow their references exactly and the wrench is one sample old.
+    The hands follow their references exactly and the wrench is one sample old, with `noise` as its
+    standard deviation [N, Nm].
     """
     builder = DiagramBuilder()
     internal = builder.AddSystem(config.make())
@@ -81,6 +96,9 @@ def squeeze(config: InternalImpedanceConfig, error: float, grasp: float, time: f
     pick = np.zeros((6, 19))
     pick[4, 5] = grasp
     spring = builder.AddSystem(MatrixGain(pick))
+    random = builder.AddSystem(RandomSource(RandomDistribution.kGaussian, 6, 1e-3))
+    weakened = builder.AddSystem(Gain(noise, 6))
+    reading = builder.AddSystem(Adder(2, 6))
     age = builder.AddSystem(ZeroOrderHold(1e-3, 6))
     true_length = np.zeros(19)
     true_length[5] = 1.0 + error
@@ -91,11 +109,15 @@ def squeeze(config: InternalImpedanceConfig, error: float, grasp: float, time: f
         builder.Connect(source.get_output_port(), internal.GetInputPort(name))
     builder.Connect(internal.GetOutputPort("compliant_motion"), difference.get_input_port())
     builder.Connect(difference.get_output_port(), spring.get_input_port())
-    builder.Connect(spring.get_output_port(), age.get_input_port())
+    builder.Connect(random.get_output_port(), weakened.get_input_port())
+    builder.Connect(spring.get_output_port(), reading.get_input_port(0))
+    builder.Connect(weakened.get_output_port(), reading.get_input_port(1))
+    builder.Connect(reading.get_output_port(), age.get_input_port())
     builder.Connect(age.get_output_port(), internal.GetInputPort("wrench"))
+    log = LogVectorOutput(spring.get_output_port(), builder, 1e-2)
     simulator = fixed_step(builder.Build())
     simulator.AdvanceTo(time)
-    return float(age.get_output_port().Eval(age.GetMyContextFromRoot(simulator.get_context()))[4])
+    return log.FindLog(simulator.get_context()).data()[4]
 
 
 class _Difference(Source):
@@ -116,7 +138,15 @@ class _Difference(Source):
 def test_error_of_the_grasp_leaves_the_series_of_both_stiffnesses() -> None:
     """Instead of 100 N at 50 000 N/m; what is left is nearly K times the error."""
     force = squeeze(InternalImpedanceConfig(), 0.002, 5e4, 2.0)
-    np.testing.assert_allclose(force, -0.002 * 2000.0 * 5e4 / 52000.0, rtol=1e-3)
+    np.testing.assert_allclose(force[-1], -0.002 * 2000.0 * 5e4 / 52000.0, rtol=1e-3)
+
+
+def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> None:
+    """The force neither drifts nor grows: the last ten seconds are like ten at the beginning."""
+    force = squeeze(InternalImpedanceConfig(), 0.005, 5e4, 60.0, noise=0.3)
+    early, late = force[200:1200], force[-1000:]
+    np.testing.assert_allclose(late.mean(), -0.005 * 2000.0 * 5e4 / 52000.0, rtol=2e-3)
+    assert 0.0 < late.std() < 1.2 * early.std() < 0.3
 
 
 def test_damping_too_high_for_the_period_is_refused_with_the_figure() -> None:

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from runs import assert_all_hold, claims_of, norm, run
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
-from geoimp_drake.diagrams.tight import build_tight
+from geoimp_drake.diagrams.tight import ARMS, build_tight
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.grasp_watch import watch_grasps
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.systems.frame_motion import POSITION
+from geoimp_drake.systems.grasp_monitor import GraspMonitorConfig
 
 FORCE = slice(3, 6)
 RIGID_HANDS = "internal.enabled=false"
@@ -66,6 +69,37 @@ def test_the_internal_impedance_bounds_the_squeeze(case):
     assert steady(compliant) < steady(stiff) / (3.0 if steady(stiff) > 20.0 else 2.0)
     # A preload is there before anybody can give way.
     assert case == "squeeze" or compliant.max() < 30.0
+
+
+def test_the_monitor_is_silent_whatever_the_seed_of_the_noise():
+    """The wrenches of a run through contact, with the noise of 200 sensors added to each sample."""
+    log, _, failure = run("bar", CONTACT, "log_period=0.001")
+    assert failure is None
+    hands = [log[f"{arm}/wrench_true"] for arm in ARMS]
+    # [Nm], [N]; a force's noise has up to 0.3 m of lever from the sensor to E.
+    spread = np.repeat([0.0025 + 0.3 * 0.03, 0.03], 3)
+    for seed in range(200):
+        noise = np.random.default_rng(seed).normal(size=(2, *hands[0].shape)) * spread
+        assert not opened_in(*(h + e for h, e in zip(hands, noise, strict=True)))
+    # The same wrenches with nothing left from the middle of the contact on.
+    middle = len(hands[0]) * 3 // 4
+    for k in range(2):
+        let_go = [h.copy() for h in hands]
+        let_go[k][middle:] = 0.0
+        assert opened_in(*let_go)
+
+
+def opened_in(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether the monitor with its default thresholds would report a hand."""
+    c, watch = GraspMonitorConfig(), compiled(watch_grasps)
+    thresholds = np.array([c.force_threshold, c.moment_threshold, c.loaded])
+    limits, times, opened = np.array([c.fall_time, c.dwell]), np.zeros(4), np.zeros(2)
+    times[:2] = np.inf
+    for h_1, h_2 in zip(first, second, strict=True):
+        assert watch(h_1, h_2, times.copy(), thresholds, limits, 1e-3, times, opened)
+        if opened.any():
+            return True
+    return False
 
 
 def test_claims_across_squeezed_runs_compare_the_last_second():
