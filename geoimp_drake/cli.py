@@ -4,9 +4,11 @@ Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simu
 """
 
 import argparse
+import contextlib
+import logging
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,13 +24,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit status."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.command(options))
+        with _log_on_terminal():
+            return int(options.command(options))
     except GeoimpError as error:
         print(f"geoimp: {error}", file=sys.stderr)
         return UNUSABLE
     except KeyboardInterrupt:
         print("geoimp: interrupted", file=sys.stderr)
         return FAILURE
+
+
+@contextlib.contextmanager
+def _log_on_terminal() -> Iterator[None]:
+    """Shows what Drake and this library report; Python by itself shows warnings only."""
+    handler, log = logging.StreamHandler(), logging.getLogger("drake")
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
 
 
 class _Parser(argparse.ArgumentParser):

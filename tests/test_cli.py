@@ -1,6 +1,7 @@
 """The command line: exit status, one clear line for unusable input, and what a run leaves."""
 
 import json
+import logging
 import os
 import re
 
@@ -256,6 +257,16 @@ def test_a_run_that_cannot_start_gets_one_clear_line_and_writes_nothing(out, cap
     error = capsys.readouterr().err
     assert re.fullmatch(r"geoimp: .*classical-euler.*cos.*\n", error), error
     assert not out.exists()
+
+
+def test_what_is_reported_while_a_run_goes_on_is_seen_on_the_terminal(out, capsys):
+    # The noise alone leaves a range as narrow as this.
+    narrow = ("--set", "sensor.force_range=1e-6", "--set", "sensor.force_noise=0.1")
+    assert run("run", "plexiglas", *narrow, "--duration", "0.01", "--out", str(out)) == 0
+    assert "saturates at t = " in capsys.readouterr().err
+    assert run("run", "plexiglas", "--meshcat", "--duration", "0.01", "--out", str(out)) == 0
+    assert re.search("Meshcat shows the run at http://localhost:", capsys.readouterr().err)
+    assert not logging.getLogger("drake").handlers
 
 
 def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, capsys):

@@ -25,7 +25,7 @@ from geoimp_drake.typing import Array
 __all__ = ["PushButton", "StiffnessSliders", "add_live_controls", "pause_button"]
 
 TRANSLATION, ROTATION = "K_p, factor", "K_o, factor"
-INJECTED = "power that they inject [W]"
+INJECTED = "injected [W]"
 PUSH, PAUSE = "Push the hand", "Pause / go on"
 
 _FACTORS = (0.25, 4.0)

@@ -102,7 +102,7 @@ def study(name: str, case: Case) -> list[Row]:
         outcome = simulate(setup.diagram, scenario.simulator, case.duration)
         wall = time.perf_counter() - start
         log = setup.recorder.collect(outcome.context)
-        values, times = case.signal(log), log["time"]
+        values, times = case.signal(log), log["t"]
         rests = (times >= case.steady[0]) & (times <= case.steady[1])
         rows.append(
             Row(label, float(values[rests].mean()), float(values.max()), wall / case.duration)
