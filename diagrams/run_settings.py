@@ -44,7 +44,7 @@ class RunSettings:
     )
     simulator: SimulatorConfig = field(
         default_factory=lambda: SimulatorConfig(
-            integration_scheme="runge_kutta2", max_step_size=1e-3, use_error_control=False
+            integration_scheme="explicit_euler", max_step_size=1e-3, use_error_control=False
         )
     )
 

@@ -27,15 +27,15 @@ LAWS: dict[type[LeafSystem], tuple[str, ...]] = {
     RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
     VelocityEstimator: ("_next_reading",),
 }
-# In one step, for any arm. The impedance's motion is needed three times: for the torque (the event
-# that normalizes the state and the sensor's load take what the torque has evaluated), and at both
-# ends of the integrator's step. D moves with time alone, which has two values.
+# In one step, for any arm. The impedance's motion is needed twice: for the torque (the event that
+# normalizes the state and the sensor's load take what the torque has evaluated), and, with the new
+# wrench, for the integrator's step.
 EXPECTED = {
     "ArmModel._calc_arm": 1,
-    "DesiredMotion._calc_motion": 2,
+    "DesiredMotion._calc_motion": 1,
     "ForceTorqueSensor._sample": 1,
-    "ImpedanceIntegrator._calc_motion": 3,
-    "ImpedanceIntegrator.DoCalcTimeDerivatives": 2,
+    "ImpedanceIntegrator._calc_motion": 2,
+    "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
     "InverseDynamicsInnerLoop._calc_torque": 1,
     "InverseDynamicsInnerLoop._compare_with_limits": 1,
     "MotionController._calc_acceleration": 1,
@@ -80,7 +80,7 @@ def calls_per_step(monkeypatch, experiment: str) -> dict[str, float]:
 
 @pytest.mark.parametrize(
     ("experiment", "own", "internal", "ports"),
-    [("plexiglas", SIX, 0, 22), ("redundancy", SEVEN, 1, 23)],
+    [("plexiglas", SIX, 0, 19), ("redundancy", SEVEN, 1, 20)],
 )
 def test_evaluations_in_a_step(monkeypatch, experiment, own, internal, ports) -> None:
     calls = calls_per_step(monkeypatch, experiment)
@@ -96,4 +96,4 @@ def test_either_of_two_arms_is_evaluated_once_in_a_step(monkeypatch) -> None:
     assert calls["internal"] == 1
     assert calls["MotionController._calc_acceleration"] == 2
     # Of the object and of the grasp, as often as for one arm.
-    assert calls["ImpedanceIntegrator._calc_motion"] == 6
+    assert calls["ImpedanceIntegrator._calc_motion"] == 4

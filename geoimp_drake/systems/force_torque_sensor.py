@@ -38,11 +38,8 @@ __all__ = ["ForceTorqueSensor", "SensorMounting", "ToolLoad", "WristSensorConfig
 
 _log = logging.getLogger("drake")
 
-# The state: the wrench that is held, the last reading, the peak, how many samples there have been,
-# and the motion with which the tool's inertial load is removed.
-_HELD, _READING, _PEAK, _COUNT = slice(0, 6), slice(6, 12), slice(12, 18), 18
-_REFERENCE = slice(19, 19 + FRAME_MOTION_SIZE)
-_STATE_SIZE = 19 + FRAME_MOTION_SIZE
+# In one group of the state: the last reading and how many samples there have been.
+_READING, _COUNT = slice(0, 6), 6
 
 _AXES = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 
@@ -187,14 +184,15 @@ class ForceTorqueSensor(LeafSystem):
         self._reading, self._peak_reading = compiled(sensor_reading), compiled(peak_reading)
         self._wrench = compiled(sensed_wrench)
         self._declare_inputs()
-        start = np.zeros(_STATE_SIZE)
-        start[_REFERENCE] = frame_motion_vector().value()
-        if initial_wrench is not None:
-            start[_HELD] = finite_vector(initial_wrench, "initial_wrench", 6)
-        held = {self.discrete_state_ticket(self.DeclareDiscreteState(start))}
-        self.DeclareVectorOutputPort("wrench", 6, self._calc_wrench, held)
+        start = np.zeros(6) if initial_wrench is None else initial_wrench
+        self._held = self.DeclareDiscreteState(finite_vector(start, "initial_wrench", 6))
+        self._peak = self.DeclareDiscreteState(6)
+        self._sample_before = self.DeclareDiscreteState(7)
+        # The motion with which the tool's inertial load is removed.
+        self._followed = self.DeclareDiscreteState(frame_motion_vector())
+        self.DeclareStateOutputPort("wrench", self._held)
         self.DeclareVectorOutputPort("wrench_true", 6, self._calc_true)
-        self.DeclareVectorOutputPort("peak_reading", 6, self._calc_peak, held)
+        self.DeclareStateOutputPort("peak_reading", self._peak)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(config.period, 0.0, self._sample)
         if config.inertial_load == "reference":
@@ -212,21 +210,16 @@ class ForceTorqueSensor(LeafSystem):
         self._accelerations = declare("body_spatial_accelerations", SpatialAcceleration)
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
 
-    def _calc_wrench(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[_HELD])
-
-    def _calc_peak(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value()[_PEAK])
-
     def _calc_true(self, context: Context, output: BasicVector) -> None:
-        h, state = output.get_mutable_value(), context.get_discrete_state_vector().value()
-        if state[_COUNT] > 1:
+        h = output.get_mutable_value()
+        if context.get_discrete_state(self._sample_before).value()[_COUNT] > 1:
             self._contact_wrench(context, self._reaction(context), h)
         else:
-            h[:] = state[_HELD]
+            h[:] = context.get_discrete_state(self._held).value()
 
     def _sample(self, context: Context, state: DiscreteValues) -> None:
-        before, after = context.get_discrete_state_vector().value(), state.get_mutable_value()
+        before = context.get_discrete_state(self._sample_before).value()
+        after = state.get_mutable_value(self._sample_before)
         count = int(before[_COUNT])
         after[_COUNT] = count + 1.0
         if count == 0:
@@ -237,13 +230,23 @@ class ForceTorqueSensor(LeafSystem):
         reading = after[_READING]
         if not self._reading(raw, before[_READING], self._resolution, self._range, gain, reading):
             self._check_reaction(reaction)
-        if self._peak_reading(raw, before[_PEAK], self._range, after[_PEAK]):
-            self._report_range(context.get_time(), raw, before[_PEAK], after[_PEAK])
-        self._contact_wrench(context, reading, after[_HELD])
+        self._keep_peak(context, raw, state.get_mutable_value(self._peak))
+        self._contact_wrench(context, reading, state.get_mutable_value(self._held))
+
+    def _keep_peak(self, context: Context, raw: Array, peak: Array) -> None:
+        """Writes the peak, and says which axis has left its range, the first time that it does."""
+        before = context.get_discrete_state(self._peak).value()
+        if not self._peak_reading(raw, before, self._range, peak):
+            return
+        for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
+            _log.warning(
+                f"{self.get_name()} saturates at t = {context.get_time():.3f} s: {_AXES[axis]} is "
+                f"{raw[axis]:.1f}, the range is ±{self._range[axis]:g}; the reading is clipped."
+            )
 
     def _keep_reference(self, context: Context, state: State) -> None:
-        values = state.get_mutable_discrete_state().get_mutable_value()
-        values[_REFERENCE] = self._reference.Eval(context)
+        followed = state.get_mutable_discrete_state(self._followed)
+        followed.SetFromVector(self._reference.Eval(context))
 
     def _reaction(self, context: Context) -> Array:
         """Returns the reaction [moment; force] on the tool about So, in S."""
@@ -260,14 +263,6 @@ class ForceTorqueSensor(LeafSystem):
         bits = np.random.Philox(key=self._config.seed, counter=[0, 0, 0, count])
         return self._noise * np.random.Generator(bits).standard_normal(6)
 
-    def _report_range(self, time: float, raw: Array, before: Array, peak: Array) -> None:
-        """Says which axis has left its range, the first time that it does."""
-        for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
-            _log.warning(
-                f"{self.get_name()} saturates at t = {time:.3f} s: {_AXES[axis]} is "
-                f"{raw[axis]:.1f}, the range is ±{self._range[axis]:g}; the reading is clipped."
-            )
-
     def _contact_wrench(self, context: Context, reading: Array, h: Array) -> None:
         """Writes h in W about Eo from a reading in S."""
         X_WT = self._poses.Eval(context)[self._tool_body]
@@ -279,8 +274,8 @@ class ForceTorqueSensor(LeafSystem):
     def _load_motion(self, context: Context, X_WT: RigidTransform) -> Array:
         """Returns the motion with which the tool's inertial load is removed; zero for none."""
         if self._config.inertial_load == "reference":
-            reference: Array = context.get_discrete_state_vector().value()[_REFERENCE]
-            return reference
+            followed: Array = context.get_discrete_state(self._followed).value()
+            return followed
         motion = np.zeros(FRAME_MOTION_SIZE)
         motion[0] = 1.0
         if self._config.inertial_load == "plant":

@@ -4,7 +4,7 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
@@ -104,14 +104,9 @@ class GraspMonitor(LeafSystem):
             [fields.force_threshold, fields.moment_threshold, fields.loaded], dtype=float
         )
         self._limits = np.array([fields.fall_time, fields.dwell], dtype=float)
-        self.DeclareVectorOutputPort(
-            "opened", 3, self._calc_opened, {self.discrete_state_ticket(self._opened)}
-        )
+        self.DeclareStateOutputPort("opened", self._opened)
         self.DeclareInitializationDiscreteUpdateEvent(self._reset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._watch)
-
-    def _calc_opened(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._opened).value())
 
     def _reset(self, context: Context, state: DiscreteValues) -> None:
         state.set_value(self._times, self._start)

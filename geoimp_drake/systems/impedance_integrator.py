@@ -165,12 +165,7 @@ class ImpedanceIntegrator(LeafSystem):
         self._compliant = self.DeclareVectorOutputPort(
             "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
         )
-        self.DeclareVectorOutputPort(
-            "last_compliant_motion",
-            frame_motion_vector(),
-            self._calc_last,
-            {self.discrete_state_ticket(self._last)},
-        )
+        self.DeclareStateOutputPort("last_compliant_motion", self._last)
         self.DeclareVectorOutputPort("displacement", 6, self._calc_displacement, law_inputs)
         self.DeclareVectorOutputPort(
             "energy", len(ImpedanceEnergy.get_fields()), self._calc_energy, law_inputs
@@ -278,9 +273,6 @@ class ImpedanceIntegrator(LeafSystem):
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
         derivatives.SetFromVector(self._rate(self._compliant.Eval(context)))
-
-    def _calc_last(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._last).value())
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)

@@ -53,9 +53,7 @@ class InverseDynamicsInnerLoop(LeafSystem):
             for port in (self._alpha, self._arm, self._wrench)
         }
         self._torque = self.DeclareVectorOutputPort("actuation", n, self._calc_torque, inputs)
-        self.DeclareVectorOutputPort(
-            "peak_effort", n, self._calc_peak, {self.discrete_state_ticket(peak)}
-        )
+        self.DeclareStateOutputPort("peak_effort", peak)
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
         # torque compared is the one that the step uses, and is not computed again.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
@@ -67,9 +65,6 @@ class InverseDynamicsInnerLoop(LeafSystem):
         if not self._law(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u):
             check_signal(h, f"{self.get_name()}:wrench")
             check_signal(alpha, f"{self.get_name()}:joint_acceleration")
-
-    def _calc_peak(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state_vector().value())
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
         torque = self._torque.Eval(context)
