@@ -14,7 +14,7 @@ __all__ = ["contact_time", "interaction_figure", "panels_figure"]
 
 Phases = list[tuple[str, float, float]]
 
-_TOUCH = 1.0  # [N] of true force that counts as contact
+_TOUCH, _TOUCH_TIME = 1.0, 0.05  # true force [N] and for how long [s] it counts as contact
 
 
 def interaction_figure(
@@ -53,8 +53,11 @@ def interaction_figure(
         axes = figure.subplots(rows, 2, sharex=True)
         for panel, (name, values, label) in zip(axes.flat, panels, strict=True):
             _plot_components(panel, log["t"], values, name, label)
-            shade_phases(panel, phases, label=panel is axes[0, 0])
-            _mark_contact(panel, log, arm, label=panel is axes[0, 0])
+            first = panel is axes[0, 0]
+            if first:  # above the curves stand the names of the phases
+                panel.legend(loc="lower right", ncols=3, handlelength=2.5)
+            shade_phases(panel, phases, label=first)
+            _mark_contact(panel, log, arm, label=first)
         for panel in axes[-1]:
             panel.set_xlabel("time [s]")
         figure.suptitle(title)
@@ -130,12 +133,22 @@ def _limit_time(axes: Axes, t: Array) -> None:
 
 
 def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
-    """Returns when the surface is first felt [s], None if it never is."""
+    """Returns when the surface is first felt [s], None if it never is.
+
+    A shorter pull, as of two hands that take an object, is none.
+    """
     if "surface/plane" not in log:
         return None
     normal_force = -(log[f"{arm}/wrench_true"][:, 3:] @ log["surface/plane"][:3])
-    touched = np.flatnonzero(normal_force > _TOUCH)
-    return float(log["t"][touched[0]]) if touched.size else None
+    begin = None
+    for t, touches in zip(log["t"], normal_force > _TOUCH, strict=True):
+        if not touches:
+            begin = None
+            continue
+        begin = t if begin is None else begin
+        if t - begin >= _TOUCH_TIME:
+            return float(begin)
+    return None
 
 
 def _mark_contact(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:

@@ -16,6 +16,8 @@ AXIS_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": (0, (2, 1))},
 )
 _PHASE_COLOURS = ("#00000008", "#00000014")
+# How much higher an axis becomes for upright names, so that they stand above the curves.
+_ROOM = 1.2
 
 
 def figure_style() -> AbstractContextManager[None]:
@@ -27,6 +29,9 @@ def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: b
     """Shades what is visible of a motion's phases; `label` writes their names, upright if many."""
     first, last = axes.get_xlim()
     upright = len(phases) > 3
+    if label and upright:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, low + _ROOM * (high - low))
     for index, (name, begin, end) in enumerate(phases):
         begin, end = max(begin, first), min(end, last)
         if begin >= end:
