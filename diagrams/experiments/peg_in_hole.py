@@ -132,7 +132,12 @@ def figures(log: Log, scenario: LooseScenario) -> dict[str, Figure]:
             [
                 ("mating force", "f [N]", wrench[:, 3:], None),
                 ("mating moment", "μ [Nm]", wrench[:, :3], None),
-                ("depth of the peg's tip", "depth [mm]", behind, 1e3 * scenario.peg_hole.hole_depth),
+                (
+                    "depth of the peg's tip",
+                    "depth [mm]",
+                    behind,
+                    1e3 * scenario.peg_hole.hole_depth,
+                ),
             ],
             f"peg_in_hole, {scenario.plan} plan",
             [("insertion", begin, moves[-1][2]), ("hold", moves[-1][2], float(log["t"][-1]))],
