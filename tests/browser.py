@@ -35,21 +35,22 @@ def find_browser() -> str:
 
 
 @contextlib.contextmanager
-def visit(path: Path) -> Iterator[Visit]:
-    """Opens a file in a browser that has no network."""
+def visit(target: Path | str) -> Iterator[Visit]:
+    """Opens a file in a browser that has no network, or an address of this machine."""
+    local = isinstance(target, Path)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=find_browser(),
             args=SOFTWARE_GRAPHICS,
             chromium_sandbox=os.getuid() != 0,  # Chromium's sandbox refuses root
         )
-        context = browser.new_context(viewport={"width": 800, "height": 600}, offline=True)
+        context = browser.new_context(viewport={"width": 800, "height": 600}, offline=local)
         page = context.new_page()
         visited = Visit(page)
         page.on("console", lambda message: _note(visited, message.type, message.text))
         page.on("pageerror", lambda error: visited.errors.append(str(error)))
         page.on("request", lambda request: visited.requests.append(request.url))
-        page.goto(path.resolve().as_uri(), wait_until="load")
+        page.goto(target.resolve().as_uri() if local else target, wait_until="load")
         yield visited
         browser.close()
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
-    end_reached,
+    ended_in_contact,
     moment_spring_error,
     orientation_displacement,
     quaternion_error,
@@ -81,7 +81,7 @@ def contact_stiffness(log: Log, samples: Array) -> float:
 
 def _claims_at_rest(log: Log, scenario: TightScenario) -> list[Claim]:
     """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if end_reached(log, scenario.segments) else {}
+    figures = _figures_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
     value = figures.get
     return [
         at_least("Δp_dc along Z_d", value("along"), 20.0, "mm"),

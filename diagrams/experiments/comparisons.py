@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geoimp_drake.diagrams.experiments.consistency import misalignment_at
-from geoimp_drake.diagrams.experiments.measures import Log, end_reached, quaternion_error
+from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact, quaternion_error
 from geoimp_drake.diagrams.experiments.singularity import held_and_peak
 from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
@@ -57,7 +57,7 @@ def _agreement(runs: Runs) -> list[Claim]:
         force = np.linalg.norm(log[f"{scenario.compliant}/wrench"][:, 3:], axis=1)
         peaks.append(force.max())
         steady.append(
-            force[last_second(log)].mean() if end_reached(log, scenario.segments) else None
+            force[last_second(log)].mean() if ended_in_contact(log, scenario.segments) else None
         )
     return [
         at_most("spread of the peak force over the families", _spread(peaks), 0.15),
@@ -76,7 +76,7 @@ def _ratios(runs: Runs) -> list[Claim]:
     loads = {
         family: held_and_peak(log, scenario.arm)
         for family, (log, scenario) in runs.items()
-        if end_reached(log, scenario.segments)
+        if ended_in_contact(log, scenario.segments)
     }
     if "quaternion" not in loads:
         return []

@@ -7,7 +7,7 @@ import numpy as np
 
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.comparisons import Comparison
-from geoimp_drake.diagrams.experiments.measures import Log, end_reached
+from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact
 from geoimp_drake.diagrams.experiments.redundancy import task_value
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.systems.desired_motion import phases_of
@@ -34,7 +34,7 @@ def _internal_motion_claims(runs: Runs) -> list[Claim]:
     if not {"with-k-beta", "without-k-beta"} <= runs.keys():
         return []
     (log, scenario), (other, unaware) = runs["with-k-beta"], runs["without-k-beta"]
-    reached = all(end_reached(one, own.segments) for one, own in runs.values())
+    reached = all(ended_in_contact(one, own.segments) for one, own in runs.values())
     figures = _internal_motion_figures(log, scenario, other, unaware) if reached else {}
     value = figures.get
     return [
@@ -97,7 +97,7 @@ def _squeeze_claims(runs: Runs) -> list[Claim]:
     if not {"squeezed", "squeezed-rigid-hands"} <= runs.keys():
         return []
     pair = [runs["squeezed"], runs["squeezed-rigid-hands"]]
-    reached = all(end_reached(log, scenario.segments) for log, scenario in pair)
+    reached = all(ended_in_contact(log, scenario.segments) for log, scenario in pair)
     (squeeze, force), (kept, other) = (_steady_forces(log) for log, _ in pair)
     return [
         at_most(

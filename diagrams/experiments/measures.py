@@ -20,6 +20,7 @@ __all__ = [
     "Log",
     "conditioning",
     "end_reached",
+    "ended_in_contact",
     "misalignment",
     "moment_spring_error",
     "orientation_displacement",
@@ -42,6 +43,11 @@ ORIENTATION_LABELS = {
 def end_reached(log: Log, segments: Sequence[MotionSegment]) -> bool:
     """Returns whether the run went on to the end of its motion."""
     return phase_reached(log, sum(segment.duration for segment in segments))
+
+
+def ended_in_contact(log: Log, segments: Sequence[MotionSegment]) -> bool:
+    """Returns whether the motion has ended, with a surface there to press on."""
+    return "surface/plane" in log and end_reached(log, segments)
 
 
 def orientation_displacement(log: Log, arm: str, impedance: ImpedanceConfig) -> Array:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
-    end_reached,
+    ended_in_contact,
     moment_spring_error,
     orientation_displacement,
 )
@@ -44,7 +44,7 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if end_reached(log, scenario.segments) else {}
+    figures = _figures_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
     value = figures.get
     return [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),

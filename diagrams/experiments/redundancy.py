@@ -70,7 +70,8 @@ def _claims_on_reconfiguration(log: Log, scenario: SingleArmScenario) -> list[Cl
 def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims on the last second of contact."""
     end = _end_of(scenario, "contact")
-    figures = _contact_figures(log, scenario, end) if phase_reached(log, end) else {}
+    touched = "surface/plane" in log and phase_reached(log, end)
+    figures = _contact_figures(log, scenario, end) if touched else {}
     value = figures.get
     claims = [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),

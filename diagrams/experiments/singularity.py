@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.diagrams.experiments.measures import Log, conditioning, end_reached
+from geoimp_drake.diagrams.experiments.measures import Log, conditioning, ended_in_contact
 from geoimp_drake.diagrams.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.simulation.figures import panels_figure
@@ -29,7 +29,7 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
     The ratios between families are claims of `geoimp compare singularity`.
     """
-    figures = held_and_peak(log, scenario.arm) if end_reached(log, scenario.segments) else {}
+    figures = held_and_peak(log, scenario.arm) if ended_in_contact(log, scenario.segments) else {}
     value = figures.get
     cond = float(conditioning(log, scenario.arm, scenario.impedance).max())
     if scenario.impedance.orientation == "classical-euler":
