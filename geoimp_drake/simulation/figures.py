@@ -1,6 +1,7 @@
 """The chapter's figures from a log."""
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -51,10 +52,11 @@ def interaction_figure(
         figure = Figure(figsize=(9, 3 * rows))
         axes = figure.subplots(rows, 2, sharex=True)
         for panel, (name, values, label) in zip(axes.flat, panels, strict=True):
-            _plot_components(panel, log["t"], values, name, label)
             first = panel is axes[0, 0]
-            if first:  # above the curves stand the names of the phases
-                panel.legend(loc="lower right", ncols=3, handlelength=2.5)
+            # Above the curves of the first panel stand the names of the phases.
+            _plot_components(
+                panel, log["t"], values, name, label, "lower right" if first else "best"
+            )
             shade_phases(panel, phases, label=first)
             _mark_contact(panel, log, arm, label=first)
         for panel in axes[-1]:
@@ -115,16 +117,16 @@ def _plot_components(
     values: Array,
     title: str,
     label: str,
-    names: Sequence[str] = ("x", "y", "z"),
+    legend: Literal["best", "lower right"] = "best",
 ) -> None:
     """Plots the three components of a vector over time."""
-    for component, name, style in zip(values.T, names, AXIS_STYLES, strict=True):
+    for component, name, style in zip(values.T, "xyz", AXIS_STYLES, strict=True):
         axes.plot(t, component, label=name, **style)
     axes.set_title(title)
     axes.set_ylabel(label)
     _limit_time(axes, t)
     axes.margins(y=0.18)  # room for the legend and the names of the phases
-    axes.legend(loc="best", ncols=3, handlelength=2.5)
+    axes.legend(loc=legend, ncols=3, handlelength=2.5)
 
 
 def _limit_time(axes: Axes, t: Array) -> None:

@@ -26,7 +26,10 @@ def figure_style() -> AbstractContextManager[None]:
 
 
 def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:
-    """Shades what is visible of a motion's phases; `label` writes their names, upright if many."""
+    """Shades what is visible of a motion's phases; `label` writes their names.
+
+    Many names are upright, and the axis is made higher for them.
+    """
     first, last = axes.get_xlim()
     upright = len(phases) > 3
     if label and upright:

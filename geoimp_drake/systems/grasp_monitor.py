@@ -48,6 +48,11 @@ class GraspMonitorConfig:
                 f"be taken for an opened grasp. Raise loaded or dwell, or lower fall_time."
             )
 
+    def arrays(self) -> tuple[Array, Array]:
+        """Returns thresholds (3) and limits (2) as `grasp_watch.watch_grasps` takes them."""
+        thresholds = [self.force_threshold, self.moment_threshold, self.loaded]
+        return np.array(thresholds, dtype=float), np.array([self.fall_time, self.dwell])
+
     def make(self, period: float = 1e-3, name: str = "monitor") -> "GraspMonitor":
         """Returns the system."""
         self.validate(name)
@@ -99,11 +104,7 @@ class GraspMonitor(LeafSystem):
         self._opened = self.DeclareDiscreteState(np.array([0.0, 0.0, GRASP_CLOSED]))
         self._period = period
         self._law = compiled(watch_grasps)
-        fields = self._config
-        self._thresholds = np.array(
-            [fields.force_threshold, fields.moment_threshold, fields.loaded], dtype=float
-        )
-        self._limits = np.array([fields.fall_time, fields.dwell], dtype=float)
+        self._thresholds, self._limits = self._config.arrays()
         self.DeclareStateOutputPort("opened", self._opened)
         self.DeclareInitializationDiscreteUpdateEvent(self._reset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._watch)

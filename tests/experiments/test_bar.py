@@ -91,10 +91,8 @@ def test_the_monitor_is_silent_whatever_the_seed_of_the_noise():
 
 def opened_in(first: np.ndarray, second: np.ndarray) -> bool:
     """Whether the monitor with its default thresholds would report a hand."""
-    c, watch = GraspMonitorConfig(), compiled(watch_grasps)
-    thresholds = np.array([c.force_threshold, c.moment_threshold, c.loaded])
-    limits, times, opened = np.array([c.fall_time, c.dwell]), np.zeros(4), np.zeros(2)
-    times[:2] = np.inf
+    thresholds, limits = GraspMonitorConfig().arrays()
+    watch, times, opened = compiled(watch_grasps), np.array([np.inf, np.inf, 0, 0]), np.zeros(2)
     for h_1, h_2 in zip(first, second, strict=True):
         assert watch(h_1, h_2, times.copy(), thresholds, limits, 1e-3, times, opened)
         if opened.any():
