@@ -10,17 +10,20 @@ from pydrake.multibody.math import SpatialAcceleration, SpatialForce, SpatialVel
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import (
     BasicVector,
+    CacheEntry,
     Context,
     DiscreteValues,
     InputPort,
     LeafSystem,
     State,
+    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import filter_gain, peak_reading, sensor_reading
+from geoimp_drake.systems.counted_noise import CountedNoise
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
@@ -170,7 +173,8 @@ class ForceTorqueSensor(LeafSystem):
         self._resolution = np.repeat([config.moment_resolution, config.force_resolution], 3)
         self._noise = np.repeat([config.moment_noise, config.force_noise], 3)
         self._bias = np.asarray(config.bias, dtype=float)
-        self._erroneous = bool(self._noise.any() or self._bias.any())
+        self._noisy = bool(self._noise.any())
+        self._erroneous = self._noisy or bool(self._bias.any())
         self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
         self._gain = filter_gain(config.filter_cutoff, config.period)
         self._load = (
@@ -184,6 +188,7 @@ class ForceTorqueSensor(LeafSystem):
         self._reading, self._peak_reading = compiled(sensor_reading), compiled(peak_reading)
         self._wrench = compiled(sensed_wrench)
         self._declare_inputs()
+        self._generator = self._declare_generator(config.seed)
         start = np.zeros(6) if initial_wrench is None else initial_wrench
         self._held = self.DeclareDiscreteState(finite_vector(start, "initial_wrench", 6))
         self._peak = self.DeclareDiscreteState(6)
@@ -210,6 +215,17 @@ class ForceTorqueSensor(LeafSystem):
         self._accelerations = declare("body_spatial_accelerations", SpatialAcceleration)
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
 
+    def _declare_generator(self, seed: int) -> CacheEntry:
+        """Declares the generator of the noise, of which each context has its own."""
+        return self.DeclareCacheEntry(
+            "generator of the noise",
+            ValueProducer(
+                lambda: AbstractValue.Make(CountedNoise(seed)),
+                lambda context, value: None,
+            ),
+            {self.nothing_ticket()},
+        )
+
     def _calc_true(self, context: Context, output: BasicVector) -> None:
         h = output.get_mutable_value()
         if context.get_discrete_state(self._sample_before).value()[_COUNT] > 1:
@@ -225,7 +241,7 @@ class ForceTorqueSensor(LeafSystem):
         if count == 0:
             return  # the plant has not stepped yet
         reaction = self._reaction(context)
-        raw = reaction + self._bias + self._noise_at(count) if self._erroneous else reaction
+        raw = self._with_errors(context, reaction, count) if self._erroneous else reaction
         gain = self._gain if count > 1 else 1.0  # the first sample passes through the filter
         reading = after[_READING]
         if not self._reading(raw, before[_READING], self._resolution, self._range, gain, reading):
@@ -256,12 +272,12 @@ class ForceTorqueSensor(LeafSystem):
     def _check_reaction(self, reaction: Array) -> None:
         check_signal(reaction, f"{self.get_name()}:reaction_forces")
 
-    def _noise_at(self, count: int) -> Array:
-        """Returns the noise of a sample: a function of seed and count, so it needs no state."""
-        if not self._noise.any():
-            return np.zeros(6)
-        bits = np.random.Philox(key=self._config.seed, counter=[0, 0, 0, count])
-        return self._noise * np.random.Generator(bits).standard_normal(6)
+    def _with_errors(self, context: Context, reaction: Array, count: int) -> Array:
+        """Returns a reaction with bias and with the noise of a sample."""
+        biased = reaction + self._bias
+        if not self._noisy:
+            return biased
+        return biased + self._noise * self._generator.Eval(context).draw(count, 6)
 
     def _contact_wrench(self, context: Context, reading: Array, h: Array) -> None:
         """Writes h in W about Eo from a reading in S."""
