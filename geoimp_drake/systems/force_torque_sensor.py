@@ -22,7 +22,8 @@ from pydrake.systems.framework import (
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
-from geoimp_drake.laws.sensor_reading import filter_gain, peak_reading, sensor_reading
+from geoimp_drake.laws.sensor_reading import filter_gain
+from geoimp_drake.laws.sensor_sample import sensor_sample
 from geoimp_drake.systems.counted_noise import CountedNoise
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
@@ -175,6 +176,7 @@ class ForceTorqueSensor(LeafSystem):
         self._bias = np.asarray(config.bias, dtype=float)
         self._noisy = bool(self._noise.any())
         self._erroneous = self._noisy or bool(self._bias.any())
+        self._of_plant = config.inertial_load == "plant"
         self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
         self._gain = filter_gain(config.filter_cutoff, config.period)
         self._load = (
@@ -185,15 +187,15 @@ class ForceTorqueSensor(LeafSystem):
             np.asarray(tool.inertia, dtype=float),
             np.asarray(mounting.gravity, dtype=float),
         )
-        self._reading, self._peak_reading = compiled(sensor_reading), compiled(peak_reading)
-        self._wrench = compiled(sensed_wrench)
+        self._constants = (self._resolution, self._range, *self._load)
+        self._sampling, self._wrench = compiled(sensor_sample), compiled(sensed_wrench)
         self._declare_inputs()
         self._generator = self._declare_generator(config.seed)
         start = np.zeros(6) if initial_wrench is None else initial_wrench
         self._held = self.DeclareDiscreteState(finite_vector(start, "initial_wrench", 6))
         self._peak = self.DeclareDiscreteState(6)
-        self._sample_before = self.DeclareDiscreteState(7)
-        # The motion with which the tool's inertial load is removed.
+        self._memory = self.DeclareDiscreteState(7)
+        # The motion with which the tool's inertial load is removed: rest, unless one is followed.
         self._followed = self.DeclareDiscreteState(frame_motion_vector())
         self.DeclareStateOutputPort("wrench", self._held)
         self.DeclareVectorOutputPort("wrench_true", 6, self._calc_true)
@@ -228,37 +230,49 @@ class ForceTorqueSensor(LeafSystem):
 
     def _calc_true(self, context: Context, output: BasicVector) -> None:
         h = output.get_mutable_value()
-        if context.get_discrete_state(self._sample_before).value()[_COUNT] > 1:
-            self._contact_wrench(context, self._reaction(context), h)
-        else:
-            h[:] = context.get_discrete_state(self._held).value()
+        state = context.get_discrete_state()
+        if state.value(self._memory)[_COUNT] <= 1:
+            h[:] = state.value(self._held)
+            return
+        reaction, X_WT = self._reaction(context), self._poses.Eval(context)[self._tool_body]
+        motion = self._load_motion(context, X_WT, state.value(self._followed))
+        if not self._wrench(reaction, X_WT.GetAsMatrix34(), *self._load, motion, h):
+            self._check(motion, reaction)
 
     def _sample(self, context: Context, state: DiscreteValues) -> None:
-        before = context.get_discrete_state(self._sample_before).value()
-        after = state.get_mutable_value(self._sample_before)
-        count = int(before[_COUNT])
-        after[_COUNT] = count + 1.0
+        # Drake hands over a copy of the context's state.
+        memory = state.get_mutable_value(self._memory)
+        count = int(memory[_COUNT])
+        memory[_COUNT] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        reaction = self._reaction(context)
+        reaction, X_WT = self._reaction(context), self._poses.Eval(context)[self._tool_body]
         raw = self._with_errors(context, reaction, count) if self._erroneous else reaction
+        motion = self._load_motion(context, X_WT, state.get_mutable_value(self._followed))
         gain = self._gain if count > 1 else 1.0  # the first sample passes through the filter
-        reading = after[_READING]
-        if not self._reading(raw, before[_READING], self._resolution, self._range, gain, reading):
-            self._check_reaction(reaction)
-        self._keep_peak(context, raw, state.get_mutable_value(self._peak))
-        self._contact_wrench(context, reading, state.get_mutable_value(self._held))
+        reading, peak = memory[_READING], state.get_mutable_value(self._peak)
+        h = state.get_mutable_value(self._held)
+        sampled, saturates = self._sampling(
+            raw, X_WT.GetAsMatrix34(), motion, gain, *self._constants, reading, peak, h
+        )
+        if saturates:
+            self._warn(context, raw, peak)
+        if not sampled:
+            self._check(motion, reaction, reading)
 
-    def _keep_peak(self, context: Context, raw: Array, peak: Array) -> None:
-        """Writes the peak, and says which axis has left its range, the first time that it does."""
+    def _warn(self, context: Context, raw: Array, peak: Array) -> None:
+        """Says which axis leaves its range, the first time that it does."""
         before = context.get_discrete_state(self._peak).value()
-        if not self._peak_reading(raw, before, self._range, peak):
-            return
         for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
             _log.warning(
                 f"{self.get_name()} saturates at t = {context.get_time():.3f} s: {_AXES[axis]} is "
                 f"{raw[axis]:.1f}, the range is ±{self._range[axis]:g}; the reading is clipped."
             )
+
+    def _check(self, motion: Array, *readings: Array) -> None:
+        for reading in readings:
+            check_signal(reading, f"{self.get_name()}:reaction_forces")
+        check_frame_motion(motion, f"{self.get_name()}:reference_motion")
 
     def _keep_reference(self, context: Context, state: State) -> None:
         followed = state.get_mutable_discrete_state(self._followed)
@@ -269,9 +283,6 @@ class ForceTorqueSensor(LeafSystem):
         reaction: Array = self._forces.Eval(context)[self._joint].get_coeffs()
         return reaction if self._mounting.sign > 0 else -reaction
 
-    def _check_reaction(self, reaction: Array) -> None:
-        check_signal(reaction, f"{self.get_name()}:reaction_forces")
-
     def _with_errors(self, context: Context, reaction: Array, count: int) -> Array:
         """Returns a reaction with bias and with the noise of a sample."""
         biased = reaction + self._bias
@@ -279,26 +290,15 @@ class ForceTorqueSensor(LeafSystem):
             return biased
         return biased + self._noise * self._generator.Eval(context).draw(count, 6)
 
-    def _contact_wrench(self, context: Context, reading: Array, h: Array) -> None:
-        """Writes h in W about Eo from a reading in S."""
-        X_WT = self._poses.Eval(context)[self._tool_body]
-        motion = self._load_motion(context, X_WT)
-        if not self._wrench(reading, X_WT.GetAsMatrix34(), *self._load, motion, h):
-            self._check_reaction(reading)
-            check_frame_motion(motion, f"{self.get_name()}:reference_motion")
-
-    def _load_motion(self, context: Context, X_WT: RigidTransform) -> Array:
-        """Returns the motion with which the tool's inertial load is removed; zero for none."""
-        if self._config.inertial_load == "reference":
-            followed: Array = context.get_discrete_state(self._followed).value()
+    def _load_motion(self, context: Context, X_WT: RigidTransform, followed: Array) -> Array:
+        """Returns the motion with which the tool's inertial load is removed."""
+        if not self._of_plant:
             return followed
-        motion = np.zeros(FRAME_MOTION_SIZE)
+        motion, k = np.zeros(FRAME_MOTION_SIZE), self._tool_body
+        V, A = self._velocities.Eval(context)[k], self._accelerations.Eval(context)[k]
         motion[0] = 1.0
-        if self._config.inertial_load == "plant":
-            k = self._tool_body
-            V, A = self._velocities.Eval(context)[k], self._accelerations.Eval(context)[k]
-            motion[POSITION] = X_WT.translation()
-            motion[ANGULAR_VELOCITY] = V.rotational()
-            motion[ANGULAR_ACCELERATION] = A.rotational()
-            motion[LINEAR_ACCELERATION] = A.translational()
+        motion[POSITION] = X_WT.translation()
+        motion[ANGULAR_VELOCITY] = V.rotational()
+        motion[ANGULAR_ACCELERATION] = A.rotational()
+        motion[LINEAR_ACCELERATION] = A.translational()
         return motion
