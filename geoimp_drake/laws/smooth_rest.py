@@ -2,12 +2,10 @@
 
 import numpy as np
 
+from geoimp_drake.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["smooth_step", "stopped"]
-
-_STEP = np.polynomial.Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
-_STEP_RATES = _STEP, _STEP.deriv(), _STEP.deriv(2)
 
 
 def stopped(v: Array, time: float, time_constant: float) -> tuple[Array, Array, Array]:
@@ -22,8 +20,18 @@ def stopped(v: Array, time: float, time_constant: float) -> tuple[Array, Array, 
     return v * (time_constant * (1.0 - decay)), v * decay, v * (-decay / time_constant)
 
 
+@compilable
 def smooth_step(time: float, duration: float) -> tuple[float, float, float]:
-    """Returns s, ṡ and s̈ of the fifth-order polynomial from 0 to 1 that rests at both ends."""
+    """Returns s, ṡ and s̈ of the fifth-order polynomial from 0 to 1 that rests at both ends.
+
+        s = 10 x³ − 15 x⁴ + 6 x⁵,   x = t/T
+
+    Args:
+        time: t [s]; s rests before 0 and after T.
+        duration: T [s].
+    """
     x = min(max(time / duration, 0.0), 1.0)
-    s, s_dot, s_ddot = (float(rate(x)) for rate in _STEP_RATES)
-    return s, s_dot / duration, s_ddot / duration**2
+    s = x * x * x * (10.0 + x * (-15.0 + x * 6.0))
+    s_dot = x * x * (30.0 + x * (-60.0 + x * 30.0))
+    s_ddot = x * (60.0 + x * (-180.0 + x * 120.0))
+    return s, s_dot / duration, s_ddot / (duration * duration)

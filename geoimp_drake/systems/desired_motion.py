@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
-from pydrake.trajectories import BezierCurve, CompositeTrajectory, StackedTrajectory
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.motion_about_axis import motion_about_axis
+from geoimp_drake.laws.motion_about_axis import motion_from_rest
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
     POSITION,
@@ -84,13 +83,11 @@ class DesiredMotion(LeafSystem):
         super().__init__()
         for k, segment in enumerate(segments):
             segment.validate(f"motion segment {k}")
-        self._start = frame_motion_at_rest(X_WD)
-        self._curve = _curve(X_WD.translation(), segments)
-        self._end_times = np.cumsum([segment.duration for segment in segments]).tolist()
-        self._axes = [_axis(segment.rotation) for segment in segments]
-        self._starts = _orientations(self._start[QUATERNION], segments)
-        self._law = compiled(motion_about_axis)
-        self._rests = _rests(self._start, self._starts, segments)
+        self._durations = [float(segment.duration) for segment in segments]
+        self._times = np.cumsum([0.0, *self._durations]).tolist()
+        self._rests = _rests(frame_motion_at_rest(X_WD), segments)
+        self._ways = [*(_way(segment) for segment in segments), None]  # at the end D rests
+        self._law = compiled(motion_from_rest)
         self.DeclareVectorOutputPort(
             "motion",
             frame_motion_vector(),
@@ -100,67 +97,35 @@ class DesiredMotion(LeafSystem):
 
     def duration(self) -> float:
         """Returns the time at which the last segment ends [s]."""
-        return self._end_times[-1] if self._end_times else 0.0
+        return self._times[-1]
 
     def evaluate(self, time: float) -> Array:
         """Returns the motion of D at a time [s], as the output port does."""
-        if self._curve is None:
-            return self._start
-        t = min(max(time, 0.0), self.duration())
-        k = min(bisect_right(self._end_times, t), len(self._axes) - 1)
-        if (rest := self._rests[k]) is not None:
-            return rest
-        return self._law(self._curve.value(t)[:, 0], self._axes[k], self._starts[k])
+        k = bisect_right(self._times, max(time, 0.0)) - 1
+        way = self._ways[k]
+        if way is None:
+            return self._rests[k]
+        return self._law(time - self._times[k], self._durations[k], self._rests[k], way)
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.evaluate(context.get_time()))
 
 
-def _curve(p_WD: Array, segments: Sequence[MotionSegment]) -> StackedTrajectory | None:
-    """Returns [p_d; angle within the segment] over time, then its first and second derivative.
+def _way(segment: MotionSegment) -> Array | None:
+    """Returns displacement, angle and axis (7) of a segment, nothing for a rest."""
+    angle = np.linalg.norm(segment.rotation)
+    axis = np.asarray(segment.rotation) / angle if angle > 0 else np.zeros(3)
+    way = np.concatenate((segment.displacement, [angle], axis))
+    return way if way.any() else None
 
-    A Bézier curve of degree five whose control points are three times the start and three times
-    the end is the fifth-order polynomial with zero end velocities and accelerations.
-    """
-    curves = []
-    start_time, start = 0.0, np.append(p_WD, 0.0)
+
+def _rests(start: Array, segments: Sequence[MotionSegment]) -> list[Array]:
+    """Returns the motion (19) of D at rest: where each segment starts, then where the last ends."""
+    rests = [start]
     for segment in segments:
-        start[3] = 0.0
-        end = start + np.append(segment.displacement, np.linalg.norm(segment.rotation))
-        points = np.column_stack([start] * 3 + [end] * 3)
-        curves.append(BezierCurve(start_time, start_time + segment.duration, points))
-        start_time, start = start_time + segment.duration, end.copy()
-    if not curves:
-        return None
-    curve, stacked = CompositeTrajectory(curves), StackedTrajectory()
-    for order in range(3):
-        stacked.Append(curve.MakeDerivative(order))
-    return stacked
-
-
-def _axis(rotation: Array) -> Array:
-    angle = np.linalg.norm(rotation)
-    return np.asarray(rotation) / angle if angle > 0 else np.zeros(3)
-
-
-def _orientations(Q_WD: Array, segments: Sequence[MotionSegment]) -> list[Array]:
-    """Returns the quaternion of D at the start of each segment."""
-    starts = [Q_WD]
-    for segment in segments:
-        starts.append(quaternion.product(quaternion.exp(np.asarray(segment.rotation)), starts[-1]))
-    return starts
-
-
-def _rests(
-    start: Array, orientations: Sequence[Array], segments: Sequence[MotionSegment]
-) -> list[Array | None]:
-    """Returns the motion during each segment that is a rest: nothing to compute there any more."""
-    rests: list[Array | None] = []
-    position = start[POSITION]
-    for Q_WD, segment in zip(orientations, segments, strict=False):  # the last is the end's
-        position = position + segment.displacement
-        rest = start.copy()
-        rest[QUATERNION], rest[POSITION] = Q_WD, position
-        moves = np.any(segment.displacement) or np.any(segment.rotation)
-        rests.append(None if moves else rest)
+        end = rests[-1].copy()
+        turn = quaternion.exp(np.asarray(segment.rotation, dtype=float))
+        end[QUATERNION] = quaternion.product(turn, end[QUATERNION])
+        end[POSITION] += segment.displacement
+        rests.append(end)
     return rests
