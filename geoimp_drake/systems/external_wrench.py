@@ -97,22 +97,22 @@ class ExternalWrench(LeafSystem):
     def __init__(self, frame: Frame, R_WF0: Array, ramp: WrenchRamp):
         super().__init__()
         ramp.validate()
-        self._body = frame.body().index()
-        self._p_BF = frame.GetFixedPoseInBodyFrame().translation()
-        self._moment = R_WF0 @ np.asarray(ramp.moment, dtype=float)
-        self._force = R_WF0 @ np.asarray(ramp.force, dtype=float)
+        applied = ExternallyAppliedSpatialForce()
+        applied.body_index = frame.body().index()
+        applied.p_BoBq_B = frame.GetFixedPoseInBodyFrame().translation()
+        self._final = SpatialForce(
+            tau=R_WF0 @ np.asarray(ramp.moment, dtype=float),
+            f=R_WF0 @ np.asarray(ramp.force, dtype=float),
+        )
         self._profile = linear_with_fourth_order_blends(ramp.start, ramp.duration, ramp.blend)
         self.DeclareAbstractOutputPort(
             "applied_spatial_force",
-            lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]),
+            lambda: AbstractValue.Make([applied]),
             self._calc_force,
             {self.time_ticket()},
         )
 
     def _calc_force(self, context: Context, output: AbstractValue) -> None:
-        scale = self._profile.value(context.get_time())[0, 0]
-        applied = ExternallyAppliedSpatialForce()
-        applied.body_index = self._body
-        applied.p_BoBq_B = self._p_BF
-        applied.F_Bq_W = SpatialForce(tau=scale * self._moment, f=scale * self._force)
-        output.set_value([applied])
+        applied = output.get_value()
+        applied[0].F_Bq_W = self._final * self._profile.value(context.get_time())[0, 0]
+        output.set_value(applied)
