@@ -34,6 +34,7 @@ class RunSettings:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=lambda: SamplingConfig(velocity="differenced"))
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
+    fused: bool = True  # control blocks that can be one system are; without numba never
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
     plant: MultibodyPlantConfig = field(
         default_factory=lambda: MultibodyPlantConfig(
@@ -51,7 +52,7 @@ class RunSettings:
     def controller(self) -> ImpedanceControllerConfig:
         """Returns the controller's part."""
         return ImpedanceControllerConfig(
-            self.impedance, self.motion, self.sampling, self.redundancy
+            self.impedance, self.motion, self.sampling, self.redundancy, self.fused
         )
 
     def validate_run(self) -> None:

@@ -273,6 +273,7 @@ def _controller(plant: MultibodyPlant, models: _Models, scenario: TightScenario)
         internal=scenario.internal,
         monitor=scenario.monitor,
         opened=scenario.opened,
+        fused=scenario.fused,
     )
     return make_cooperative_controller(
         plant,

@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-__all__ = ["compilable", "compilable_as", "compiled"]
+__all__ = ["compilable", "compilable_as", "compiled", "is_available"]
 
 Law = TypeVar("Law", bound=Callable[..., Any])
 
@@ -53,10 +53,11 @@ def compiled(law: Law) -> Law:
 
     The compiled law is as fast as a call from Python allows: give it few and whole arrays.
     """
-    return _compiled(law) if _available() else law
+    return _compiled(law) if is_available() else law
 
 
-def _available() -> bool:
+def is_available() -> bool:
+    """Whether laws are compiled."""
     # numba takes linear algebra from SciPy.
     wanted = os.environ.get(SWITCH, "1") != "0"
     return wanted and all(importlib.util.find_spec(name) for name in ("numba", "scipy"))

@@ -208,6 +208,7 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
+    fused: bool = True  # the inner loop is one system, see `ArmControl`; without numba never
 
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""

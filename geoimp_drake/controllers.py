@@ -2,12 +2,11 @@
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from geoimp_drake.config import ImpedanceControllerConfig
 from geoimp_drake.control_model import ControlModel
-from geoimp_drake.systems.arm_model import ArmModel
-from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.inner_loop import make_inner_loop
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_impedance_controller"]
@@ -59,6 +58,9 @@ def make_impedance_controller(
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
         output peak_effort: largest torque so far as a fraction of the limit (n)
+        output smallest_singular_value: of the Jacobian of E, in rad and m (1)
+        output null_space_error: e_n of (3.37), zero for six joints (n)
+        output task_value: the task function w (1)
 
     Raises:
         ModelError: the plant does not contain such an arm.
@@ -67,45 +69,42 @@ def make_impedance_controller(
     config = config or ImpedanceControllerConfig()
     config.validate()
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
-    n = model.num_joints
 
     builder = DiagramBuilder()
-    readings = builder.AddNamedSystem("joint_readings", config.sampling.make(n))
-    arm = builder.AddNamedSystem("arm_model", ArmModel(model))
     impedance = builder.AddNamedSystem("impedance", config.impedance.make())
-    motion = builder.AddNamedSystem("motion_control", config.motion.make())
-    redundancy = builder.AddNamedSystem("redundancy", config.redundancy.make(model, task_function))
-    torque = builder.AddNamedSystem(
-        "inverse_dynamics", InverseDynamicsInnerLoop(model, config.sampling.period)
+    arm = builder.AddNamedSystem(
+        "arm",
+        make_inner_loop(
+            model,
+            config.motion,
+            config.sampling,
+            config.redundancy,
+            task_function,
+            fused=config.fused,
+        ),
+    )
+    # C starts on the measured pose of E.
+    builder.Connect(arm.GetOutputPort("measured_motion"), impedance.GetInputPort("measured_motion"))
+    # The inner loop tracks C in the place of D.
+    builder.Connect(
+        impedance.GetOutputPort("compliant_motion"), arm.GetInputPort("reference_motion")
     )
 
-    def connect(source: System, output: str, target: System, port: str) -> None:
-        builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
-
-    # The joint readings feed the one evaluation of the arm.
-    connect(readings, "estimated_state", arm, "state")
-    # C starts on the measured pose of E.
-    connect(arm, "motion_E", impedance, "measured_motion")
-    # The inner loop tracks C in the place of D.
-    connect(impedance, "compliant_motion", motion, "reference_motion")
-    connect(arm, "arm", motion, "arm")
-    connect(motion, "task_acceleration", redundancy, "task_acceleration")
-    connect(arm, "arm", redundancy, "arm")
-    connect(redundancy, "joint_acceleration", torque, "joint_acceleration")
-    connect(arm, "arm", torque, "arm")
-
-    builder.ExportInput(readings.GetInputPort("state"), "estimated_state")
+    builder.ExportInput(arm.GetInputPort("estimated_state"), "estimated_state")
     builder.ExportInput(impedance.GetInputPort("desired_motion"), "desired_motion")
     wrench = builder.ExportInput(impedance.GetInputPort("wrench"), "wrench")
     # The same wrench is compensated in (2.3).
-    builder.ConnectInput(wrench, torque.GetInputPort("wrench"))
+    builder.ConnectInput(wrench, arm.GetInputPort("wrench"))
     builder.ExportInput(impedance.GetInputPort("stiffness_scale"), "stiffness_scale")
-    builder.ExportOutput(torque.GetOutputPort("actuation"), "actuation")
-    builder.ExportOutput(impedance.GetOutputPort("compliant_motion"), "compliant_motion")
-    builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")
-    builder.ExportOutput(impedance.GetOutputPort("displacement"), "displacement")
-    builder.ExportOutput(impedance.GetOutputPort("energy"), "energy")
-    builder.ExportOutput(torque.GetOutputPort("peak_effort"), "peak_effort")
+    for system, ports in (
+        (arm, ("actuation",)),
+        (impedance, ("compliant_motion",)),
+        (arm, ("measured_motion",)),
+        (impedance, ("displacement", "energy")),
+        (arm, ("peak_effort", "smallest_singular_value", "null_space_error", "task_value")),
+    ):
+        for port in ports:
+            builder.ExportOutput(system.GetOutputPort(port), port)
     diagram = builder.Build()
     diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
     return diagram

@@ -6,14 +6,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
-from geoimp_drake.config import RedundancyConfig
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
-from geoimp_drake.systems.arm_model import ArmModel
-from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
-from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
-from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.inner_loop import make_inner_loop
+from geoimp_drake.object_loop import OBJECT_PORTS, make_object_loop
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.task_functions.task_function import TaskFunction
 
@@ -99,36 +96,18 @@ def make_cooperative_controller(
     models = _models(plant, model_instances, end_effector_frames, loads)
     builder = DiagramBuilder()
     arms = _add_arms(builder, config, models, task_functions)
-    kinematics = builder.AddNamedSystem(
-        "kinematics",
-        CooperativeKinematics(config.load, plant.gravity_field().gravity_vector(), config.wrench),
-    )
-    impedance = builder.AddNamedSystem("impedance", config.impedance.make())
-    references = builder.AddNamedSystem(
-        "references", CooperativeReferenceGenerator(config.mutual_pose)
+    held = builder.AddNamedSystem(
+        "object", make_object_loop(config, plant.gravity_field().gravity_vector())
     )
     for k, arm in enumerate(arms, 1):
         # O and its wrench are those of the hands; the grasp starts as they are.
-        _connect(builder, arm, "measured_motion", kinematics, f"motion_{k}")
-        _connect(builder, arm, "measured_motion", references, f"measured_motion_{k}")
-    _connect(builder, references, "mutual_reference", kinematics, "mutual_reference")
-    # The impedance is the single arm's, with O in the place of E.
-    _connect(builder, kinematics, "object_motion", impedance, "measured_motion")
-    _connect(builder, kinematics, "object_wrench", impedance, "wrench")
-    _connect(builder, impedance, "compliant_motion", references, "compliant_motion")
-    if config.load.mass > 0 and config.load.inertial_load == "compliant":
-        # A reading of the sensors is of the plant's last step. That also breaks the loop
-        # acceleration of C → wrench → acceleration of C.
-        _connect(builder, impedance, "last_compliant_motion", kinematics, "reference_motion")
-    if config.internal.enabled:
-        _add_internal_impedance(builder, config, kinematics, references)
-    _export_inputs(builder, arms, impedance, kinematics)
-    for port in ("compliant_motion", "displacement", "energy"):
-        builder.ExportOutput(impedance.GetOutputPort(port), port)
-    for port in ("object_motion", "object_wrench", "internal_wrench", "mutual_motion"):
-        builder.ExportOutput(kinematics.GetOutputPort(port), port)
-    builder.ExportOutput(references.GetOutputPort("mutual_reference"), "mutual_reference")
-    motions = [references.GetOutputPort(f"reference_motion_{k}") for k in (1, 2)]
+        builder.Connect(
+            arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
+        )
+    _export_inputs(builder, arms, held)
+    for port in OBJECT_PORTS:
+        builder.ExportOutput(held.GetOutputPort(port), port)
+    motions = [held.GetOutputPort(f"reference_motion_{k}") for k in (1, 2)]
     if config.monitor.enabled:
         motions = _add_monitor(builder, config, motions)
     for k, (arm, motion) in enumerate(zip(arms, motions, strict=True), 1):
@@ -164,18 +143,12 @@ def _models(
     ]
 
 
-def _connect(
-    builder: DiagramBuilder, source: System, output: str, target: System, port: str
-) -> None:
-    builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
-
-
 def _add_arms(
     builder: DiagramBuilder,
     config: CooperativeControllerConfig,
     models: Sequence[ControlModel],
     task_functions: Sequence[TaskFunction | None],
-) -> list[Diagram]:
+) -> list[System]:
     if len(task_functions) != 2:
         raise ConfigurationError(
             f"There are {len(task_functions)} task functions; give one for each of the two arms, "
@@ -183,73 +156,24 @@ def _add_arms(
         )
     parts = (config.redundancy_1, config.redundancy_2)
     return [
-        builder.AddNamedSystem(f"arm_{k}", _make_arm(model, config, redundancy, task))
+        builder.AddNamedSystem(
+            f"arm_{k}",
+            make_inner_loop(
+                model, config.motion, config.sampling, redundancy, task, fused=config.fused
+            ),
+        )
         for k, model, redundancy, task in zip((1, 2), models, parts, task_functions, strict=True)
     ]
 
 
-def _make_arm(
-    model: ControlModel,
-    config: CooperativeControllerConfig,
-    redundancy_config: RedundancyConfig,
-    task_function: TaskFunction | None,
-) -> Diagram:
-    """Returns the inner loop of one arm, that of `make_impedance_controller`.
-
-    ```
-    reference_motion ─▶ motion_control ─▶ redundancy ─▶ inverse_dynamics ─▶ actuation
-                            ▲                 ▲            ▲      ▲
-    estimated_state ─▶ joint_readings ─▶ arm_model ────────┘    wrench
-    ```
-    """
-    builder = DiagramBuilder()
-    readings = builder.AddNamedSystem("joint_readings", config.sampling.make(model.num_joints))
-    arm = builder.AddNamedSystem("arm_model", ArmModel(model))
-    motion = builder.AddNamedSystem("motion_control", config.motion.make())
-    redundancy = builder.AddNamedSystem("redundancy", redundancy_config.make(model, task_function))
-    torque = builder.AddNamedSystem(
-        "inverse_dynamics", InverseDynamicsInnerLoop(model, config.sampling.period)
-    )
-    _connect(builder, readings, "estimated_state", arm, "state")
-    for system in (motion, redundancy, torque):
-        _connect(builder, arm, "arm", system, "arm")
-    _connect(builder, motion, "task_acceleration", redundancy, "task_acceleration")
-    _connect(builder, redundancy, "joint_acceleration", torque, "joint_acceleration")
-    builder.ExportInput(readings.GetInputPort("state"), "estimated_state")
-    builder.ExportInput(torque.GetInputPort("wrench"), "wrench")
-    builder.ExportInput(motion.GetInputPort("reference_motion"), "reference_motion")
-    builder.ExportOutput(torque.GetOutputPort("actuation"), "actuation")
-    builder.ExportOutput(torque.GetOutputPort("peak_effort"), "peak_effort")
-    builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")
-    return builder.Build()
-
-
-def _add_internal_impedance(
-    builder: DiagramBuilder,
-    config: CooperativeControllerConfig,
-    kinematics: System,
-    references: System,
-) -> None:
-    """Lets the internal wrench move the mutual pose of the references."""
-    internal = builder.AddNamedSystem(
-        "internal_impedance", config.internal.make("internal", config.sampling.period)
-    )
-    _connect(builder, references, "mutual_reference", internal, "desired_motion")
-    _connect(builder, kinematics, "mutual_wrench", internal, "wrench")
-    _connect(builder, kinematics, "mutual_motion", internal, "measured_motion")
-    _connect(builder, internal, "compliant_motion", references, "mutual_motion")
-
-
-def _export_inputs(
-    builder: DiagramBuilder, arms: Sequence[System], impedance: System, kinematics: System
-) -> None:
+def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System) -> None:
     """Exports the inputs; the wrench of a hand goes to the object, and to its arm for (2.3)."""
     for k, arm in enumerate(arms, 1):
         builder.ExportInput(arm.GetInputPort("estimated_state"), f"estimated_state_{k}")
     for port in ("desired_motion", "stiffness_scale"):
-        builder.ExportInput(impedance.GetInputPort(port), port)
+        builder.ExportInput(held.GetInputPort(port), port)
     for k, arm in enumerate(arms, 1):
-        builder.ExportInput(kinematics.GetInputPort(f"wrench_{k}"), f"wrench_{k}")
+        builder.ExportInput(held.GetInputPort(f"wrench_{k}"), f"wrench_{k}")
         builder.ConnectInput(f"wrench_{k}", arm.GetInputPort("wrench"))
 
 
@@ -263,7 +187,7 @@ def _add_monitor(
     for k, motion in enumerate(motions, 1):
         builder.ConnectInput(f"wrench_{k}", monitor.GetInputPort(f"wrench_{k}"))
         builder.Connect(motion, hold.GetInputPort(f"reference_motion_{k}"))
-    _connect(builder, monitor, "opened", hold, "opened")
+    builder.Connect(monitor.GetOutputPort("opened"), hold.GetInputPort("opened"))
     builder.ExportOutput(monitor.GetOutputPort("opened"), "opened")
     builder.ExportOutput(hold.GetOutputPort("release"), "release")
     return [hold.GetOutputPort(f"held_motion_{k}") for k in (1, 2)]

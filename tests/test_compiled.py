@@ -16,7 +16,7 @@ from geoimp_drake.laws.families import FAMILIES, make_family
 from geoimp_drake.laws.orientation_control import ORIENTATION_LAWS, orientation_law
 from geoimp_drake.laws.tracking_acceleration import tracking_acceleration
 
-needs_numba = pytest.mark.skipif(not module._available(), reason="numba is not installed")
+needs_numba = pytest.mark.skipif(not module.is_available(), reason="numba is not installed")
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}
 
 

@@ -6,36 +6,48 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import InputPort, LeafSystem, OutputPort
 
+from geoimp_drake.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.systems import arm_model, redundancy_resolver
+from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.desired_motion import DesiredMotion
 from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.motion_controller import MotionController
+from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
 from geoimp_drake.systems.velocity_estimator import VelocityEstimator
 
+# What each system's callbacks are called, of the blocks and of the systems that take their place.
 LAWS: dict[type[LeafSystem], tuple[str, ...]] = {
+    ArmControl: ("_calc_torque", "_calc_measured_motion", "_next_reading", "_compare_with_limits"),
     ArmModel: ("_calc_arm", "_calc_motion"),
     DesiredMotion: ("_calc_motion",),
     ForceTorqueSensor: ("_sample", "_calc_true"),
     ImpedanceIntegrator: ("_calc_motion", "DoCalcTimeDerivatives", "_calc_energy"),
     InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
     MotionController: ("_calc_acceleration",),
+    ObjectControl: ("_calc_found", "DoCalcTimeDerivatives", "_start_or_normalize"),
     RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
     VelocityEstimator: ("_next_reading",),
 }
-# In one step, for any arm. The impedance's motion is needed twice: for the torque (the event that
-# normalizes the state and the sensor's load take what the torque has evaluated), and, with the new
-# wrench, for the integrator's step.
-EXPECTED = {
-    "ArmModel._calc_arm": 1,
-    "DesiredMotion._calc_motion": 1,
-    "ForceTorqueSensor._sample": 1,
+# In one step. The impedance's motion is needed twice: for the torque (the event that normalizes the
+# state and the sensor's load take what the torque has evaluated), and, with the new wrench, for
+# the integrator's step.
+SOURCES = {"DesiredMotion._calc_motion": 1, "ForceTorqueSensor._sample": 1}
+IMPEDANCE = {
     "ImpedanceIntegrator._calc_motion": 2,
     "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
+}
+FUSED = {
+    "ArmControl._calc_torque": 1,
+    "ArmControl._next_reading": 1,
+    "ArmControl._compare_with_limits": 1,
+}
+BLOCKS = {
+    "ArmModel._calc_arm": 1,
     "InverseDynamicsInnerLoop._calc_torque": 1,
     "InverseDynamicsInnerLoop._compare_with_limits": 1,
     "MotionController._calc_acceleration": 1,
@@ -43,6 +55,16 @@ EXPECTED = {
 }
 SIX = {"RedundancyResolver._calc_six": 1}
 SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
+# Both arms, and what their object needs. The hands' motions are needed before and after the step.
+BAR = {
+    **{name: 2 * count for name, count in FUSED.items()},
+    "ArmControl._calc_measured_motion": 4,
+    "DesiredMotion._calc_motion": 1,
+    "ForceTorqueSensor._sample": 2,
+    "ObjectControl._calc_found": 2,
+    "ObjectControl.DoCalcTimeDerivatives": 1,
+    "ObjectControl._start_or_normalize": 1,
+}
 
 
 def counted(monkeypatch, owner: object, method: str, name: str, calls: Counter) -> None:
@@ -55,7 +77,7 @@ def counted(monkeypatch, owner: object, method: str, name: str, calls: Counter) 
     monkeypatch.setattr(owner, method, counting)
 
 
-def calls_per_step(monkeypatch, experiment: str) -> dict[str, float]:
+def calls_per_step(monkeypatch, experiment: str, fused: bool = True) -> dict[str, float]:
     """Returns what is called in a step of an experiment in free motion, logging off."""
     calls: Counter = Counter()
     for system, methods in LAWS.items():
@@ -66,32 +88,50 @@ def calls_per_step(monkeypatch, experiment: str) -> dict[str, float]:
     for port in (InputPort, OutputPort):
         counted(monkeypatch, port, "Eval", "ports", calls)
     chosen = get_experiment(experiment)
-    setup = chosen.build(chosen.scenario((), ("log_period=1e6",)))
+    settings = ("log_period=1e6", f"fused={str(fused).lower()}")
+    setup = chosen.build(chosen.scenario((), settings))
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)
     simulator.AdvanceTo(0.01)
     calls.clear()
     simulator.AdvanceTo(0.06)
-    arms = 2 if experiment == "bar" else 1
-    steps = calls["VelocityEstimator._next_reading"] / arms
+    steps = calls["DesiredMotion._calc_motion"]
     assert 50 <= steps <= 51  # times are sums of rounded steps
     return {name: count / steps for name, count in calls.items()}
+
+
+needs_numba = pytest.mark.skipif(not is_available(), reason="numba is not installed")
+
+
+@needs_numba
+@pytest.mark.parametrize(("experiment", "ports"), [("plexiglas", 13), ("redundancy", 13)])
+def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
+    calls = calls_per_step(monkeypatch, experiment)
+    assert calls.pop("ports") == ports
+    assert calls == {**SOURCES, **IMPEDANCE, **FUSED}
+
+
+@needs_numba
+def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
+    calls = calls_per_step(monkeypatch, "bar")
+    assert calls.pop("ports") == 29
+    assert calls == BAR
 
 
 @pytest.mark.parametrize(
     ("experiment", "own", "internal", "ports"),
     [("plexiglas", SIX, 0, 19), ("redundancy", SEVEN, 1, 20)],
 )
-def test_evaluations_in_a_step(monkeypatch, experiment, own, internal, ports) -> None:
-    calls = calls_per_step(monkeypatch, experiment)
+def test_evaluations_of_separate_blocks(monkeypatch, experiment, own, internal, ports) -> None:
+    calls = calls_per_step(monkeypatch, experiment, fused=False)
     assert calls.pop("arms") == 1
     assert calls.pop("internal", 0) == internal
     assert calls.pop("ports") == ports
-    assert calls == {**EXPECTED, **own}
+    assert calls == {**SOURCES, **IMPEDANCE, **BLOCKS, **own}
 
 
 def test_either_of_two_arms_is_evaluated_once_in_a_step(monkeypatch) -> None:
-    calls = calls_per_step(monkeypatch, "bar")
+    calls = calls_per_step(monkeypatch, "bar", fused=False)
     assert calls["arms"] == 2
     assert calls["internal"] == 1
     assert calls["MotionController._calc_acceleration"] == 2

@@ -13,7 +13,7 @@ from geoimp_drake.rotations.components import wxyz
 from geoimp_drake.rotations.quaternion import conjugate, product, rate
 from geoimp_drake.typing import Array
 
-__all__ = ["check_half_defined", "half_rotation", "half_rotation_motion"]
+__all__ = ["check_half_defined", "half_rotation", "half_rotation_motion", "is_half_defined"]
 
 # η = cos(ϑ/2) at which a whole turn is reported: ϑ = 355°.
 SMALLEST_ETA = -0.999
@@ -56,13 +56,19 @@ def half_rotation_motion(Q: Array, w: Array, dw: Array) -> tuple[Array, Array, A
     return H, _vector(H_dot, H), _vector(H_ddot, H)
 
 
+@compilable
+def is_half_defined(Q: Array) -> bool:
+    """Whether half of a mutual orientation is defined: ϑ is at most 355°; floats only."""
+    return bool(Q[0] > SMALLEST_ETA)
+
+
 def check_half_defined(Q: Array) -> None:
     """Refuses a mutual orientation of which half is not defined; floats only.
 
     Raises:
         OutOfDomainError: ϑ is above 355°.
     """
-    if not Q[0] > SMALLEST_ETA:
+    if not is_half_defined(Q):
         raise OutOfDomainError(
             f"The mutual orientation of the hands has η = {Q[0]:.6f}, ϑ_21 = "
             f"{2.0 * np.degrees(np.arccos(max(-1.0, Q[0]))):.1f}°; half of it is not defined at "

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compiled import compilable, compilable_as
 from geoimp_drake.rotations.quaternion import UNIT_TOLERANCE
 from geoimp_drake.typing import Array
 
@@ -40,7 +40,14 @@ LINEAR_ACCELERATION = slice(16, 19)
 ACCELERATION = slice(13, 19)
 
 
-@compilable
+def _are_finite(value: Array) -> bool:
+    squares = 0.0
+    for entry in value:
+        squares += entry * entry
+    return math.isfinite(squares)
+
+
+@compilable_as(_are_finite)
 def is_finite(value: Array) -> bool:
     """Whether every entry of a vector is finite; floats only.
 
@@ -53,4 +60,5 @@ def is_finite(value: Array) -> bool:
 def is_frame_motion(motion: Array) -> bool:
     """Whether a frame motion (19,) is finite and its quaternion a unit one; floats only."""
     Q = motion[QUATERNION]
-    return is_finite(motion) and abs(math.sqrt(np.dot(Q, Q)) - 1.0) <= UNIT_TOLERANCE
+    norm = math.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2] + Q[3] * Q[3])
+    return is_finite(motion) and abs(norm - 1.0) <= UNIT_TOLERANCE

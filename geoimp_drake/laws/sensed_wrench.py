@@ -3,8 +3,6 @@
 Frames: S the sensor, T the tool beyond it, E the end effector, W the world.
 """
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import (
     ANGULAR_ACCELERATION,
@@ -14,6 +12,7 @@ from geoimp_drake.laws.motion_vector import (
     is_finite,
     is_frame_motion,
 )
+from geoimp_drake.rotations.components import composed, turned
 from geoimp_drake.rotations.so3 import cross
 from geoimp_drake.typing import Array
 
@@ -57,7 +56,7 @@ def load_of_tool(
         dw_WT: its angular acceleration, in W (3) [rad/s²].
     """
     f = mass * (a_WC - gravity)
-    return cross(p_SC, f) + I_TC @ dw_WT + cross(w_WT, I_TC @ w_WT), f
+    return cross(p_SC, f) + turned(I_TC, dw_WT) + cross(w_WT, turned(I_TC, w_WT)), f
 
 
 @compilable
@@ -97,15 +96,15 @@ def sensed_wrench(
     """
     if not is_finite(reading) or not is_frame_motion(motion):
         return False
-    R_WT, p_WT = np.ascontiguousarray(X_WT[:, :3]), X_WT[:, 3]
-    R_WS = R_WT @ np.ascontiguousarray(X_TS[:, :3])
-    p_WS = p_WT + R_WT @ np.ascontiguousarray(X_TS[:, 3])
-    p_WE, p_SC = p_WT + R_WT @ p_TE, R_WS @ p_SC_S
+    R_WT, p_WT = X_WT[:, :3], X_WT[:, 3]
+    R_WS = composed(R_WT, X_TS[:, :3])
+    p_WS = p_WT + turned(R_WT, X_TS[:, 3])
+    p_WE, p_SC = p_WT + turned(R_WT, p_TE), turned(R_WS, p_SC_S)
     w, dw = motion[ANGULAR_VELOCITY], motion[ANGULAR_ACCELERATION]
     a_WC = inertial_acceleration(motion[LINEAR_ACCELERATION], w, dw, p_WS + p_SC - motion[POSITION])
-    I_TC = R_WS @ I_TC_S @ R_WS.T
+    I_TC = composed(composed(R_WS, I_TC_S), R_WS.T)
     load_moment, load_force = load_of_tool(mass, p_SC, I_TC, gravity, a_WC, w, dw)
-    force = R_WS @ reading[3:] - load_force
-    h[:3] = shifted_moment(R_WS @ reading[:3] - load_moment, force, p_WE - p_WS)
+    force = turned(R_WS, reading[3:]) - load_force
+    h[:3] = shifted_moment(turned(R_WS, reading[:3]) - load_moment, force, p_WE - p_WS)
     h[3:] = force
     return True

@@ -11,7 +11,7 @@ import numpy as np
 from geoimp_drake.compiled import compilable, compilable_as
 from geoimp_drake.typing import Array
 
-__all__ = ["matrix", "rows", "wxyz", "xyz"]
+__all__ = ["composed", "matrix", "rows", "turned", "wxyz", "xyz"]
 
 
 Row = tuple[Any, Any, Any]
@@ -35,6 +35,21 @@ def _filled(first: Row, second: Row, third: Row) -> Array:
     R[1, 0], R[1, 1], R[1, 2] = second
     R[2, 0], R[2, 1], R[2, 2] = third
     return R
+
+
+def _composed(A: Array, B: Array) -> Array:
+    C = np.empty((3, 3))
+    for i in range(3):
+        for k in range(3):
+            C[i, k] = A[i, 0] * B[0, k] + A[i, 1] * B[1, k] + A[i, 2] * B[2, k]
+    return C
+
+
+def _turned(A: Array, b: Array) -> Array:
+    c = np.empty(3)
+    for i in range(3):
+        c[i] = A[i, 0] * b[0] + A[i, 1] * b[1] + A[i, 2] * b[2]
+    return c
 
 
 @compilable_as(_read_xyz)
@@ -67,3 +82,15 @@ def _read_row(R: Array, k: int) -> Row:
 def matrix(first: Row, second: Row, third: Row) -> Array:
     """The matrix (3, 3) with the given rows."""
     return np.array((first, second, third))
+
+
+@compilable_as(_composed)
+def composed(A: Array, B: Array) -> Array:
+    """The product A B (3, 3) of two matrices; compiled, it does not go to BLAS."""
+    return A @ B
+
+
+@compilable_as(_turned)
+def turned(A: Array, b: Array) -> Array:
+    """The product A b (3,) of a matrix (3, 3) and a vector; compiled, it does not go to BLAS."""
+    return A @ b

@@ -16,6 +16,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.typing import Array
 
@@ -258,11 +259,11 @@ def _under_drakes_controller(setup: Any, context: Context) -> Callable[[], None]
     return _from_state_of(setup, context, builder, plant)
 
 
-def _arm_models(diagram: Diagram) -> Iterator[ArmModel]:
+def _arm_models(diagram: Diagram) -> Iterator[ArmControl | ArmModel]:
     """Yields the arm models anywhere in a diagram."""
     system: System
     for system in diagram.GetSystems():
-        if isinstance(system, ArmModel):
+        if isinstance(system, ArmControl | ArmModel):
             yield system
         elif isinstance(system, Diagram):
             yield from _arm_models(system)

@@ -145,6 +145,11 @@ class CooperativeKinematics(LeafSystem):
         self._declare("mutual_motion", 19, lambda c: self._found_motions.Eval(c)[1], poses)
         self._declare("mutual_wrench", 6, lambda c: self._found_wrenches.Eval(c)[2], both)
 
+    @property
+    def load_arguments(self) -> tuple[bool, float, Array, Array, Array]:
+        """Whether (4.6) is taken as printed; the object's mass, p_OG and I about G in O; g in W."""
+        return self._printed, *self._inertia, self._gravity
+
     def _tickets(self, *ports: InputPort) -> set:
         return {self.input_port_ticket(port.get_index()) for port in ports}
 

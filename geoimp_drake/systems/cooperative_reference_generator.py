@@ -33,6 +33,7 @@ from geoimp_drake.validation import finite_vector
 __all__ = [
     "CooperativeReferenceGenerator",
     "MutualPose",
+    "measured_mutual_pose",
 ]
 
 _POSE_SIZE = 7
@@ -156,15 +157,13 @@ class CooperativeReferenceGenerator(LeafSystem):
         return self._measured_pose(context) if self._prescribed is None else self._prescribed
 
     def _measured_pose(self, context: Context) -> Array:
-        first, second = self._first.Eval(context), self._second.Eval(context)
-        check_frame_motion(first, f"{self.get_name()}:measured_motion_1")
-        check_frame_motion(second, f"{self.get_name()}:measured_motion_2")
-        Q_W1 = first[QUATERNION]
-        Q_12 = mutual_pose.mutual_orientation_at_start(Q_W1, second[QUATERNION])
-        check_half_defined(Q_12)
-        R_WO = quaternion.to_rotation(absolute_pose.absolute_orientation(Q_W1, Q_12))
-        p_12_W = mutual_pose.mutual_position(first[POSITION], second[POSITION])
-        return np.concatenate((quaternion.normalized(Q_12), R_WO.T @ p_12_W))
+        hands = self._first.Eval(context), self._second.Eval(context)
+        return measured_mutual_pose(self.get_name(), *hands)
+
+    @property
+    def prescribed(self) -> Array | None:
+        """¹Q_21 and ᵒΔp_21 (7,) of the grasp, None if they are those at the start."""
+        return self._prescribed
 
     def _mutual_reference(self, context: Context) -> Array:
         motion = np.zeros(FRAME_MOTION_SIZE)
@@ -183,3 +182,25 @@ class CooperativeReferenceGenerator(LeafSystem):
             check_frame_motion(mutual, f"{self.get_name()}:mutual_motion")
         check_half_defined(mutual)
         value.set_value(self._moving(C, mutual))
+
+
+def measured_mutual_pose(system: str, first: Array, second: Array) -> Array:
+    """Returns ¹Q_21 and ᵒΔp_21 (7,) that two hands have.
+
+    Args:
+        system: the name in an error.
+        first: motion of the first hand (19,), in W.
+        second: the same of the second (19,).
+
+    Raises:
+        SignalError: a motion is not finite, or its quaternion is not unit.
+        OutOfDomainError: the hands are turned by more than 355° against each other.
+    """
+    check_frame_motion(first, f"{system}:measured_motion_1")
+    check_frame_motion(second, f"{system}:measured_motion_2")
+    Q_W1 = first[QUATERNION]
+    Q_12 = mutual_pose.mutual_orientation_at_start(Q_W1, second[QUATERNION])
+    check_half_defined(Q_12)
+    R_WO = quaternion.to_rotation(absolute_pose.absolute_orientation(Q_W1, Q_12))
+    p_12_W = mutual_pose.mutual_position(first[POSITION], second[POSITION])
+    return np.concatenate((quaternion.normalized(Q_12), R_WO.T @ p_12_W))

@@ -234,23 +234,32 @@ class ImpedanceIntegrator(LeafSystem):
         wrench = self._wrench.Eval(context)
         state = self._compliant_state(context)
         if self._rotates and self._has_domain:
-            self._check_signals(desired, wrench, state)
-            self._rotation.check_domain(
-                desired[QUATERNION], quaternion.normalized(state[QUATERNION])
-            )
+            self.check_signals(self.get_name(), desired, wrench, state)
         gains = self._current_gains.Eval(context)
         if not self._law(state, desired, wrench, *gains, output.get_mutable_value()):
-            self._check_signals(desired, wrench, state)
+            self.check_signals(self.get_name(), desired, wrench, state)
 
     def _calc_gains(self, context: Context, value: AbstractValue) -> None:
         scaled = self._scale.HasValue(context)
-        value.set_value(self._scaled_gains(*self._scale.Eval(context)) if scaled else self._gains)
+        factors = self._scale.Eval(context) if scaled else None
+        value.set_value(self.gains(self.get_name(), factors))
 
-    def _scaled_gains(self, p: float, o: float) -> tuple[Array, ...]:
-        """Returns the gains with K_p and K_o multiplied by positive factors."""
+    def gains(self, system: str, factors: Array | None = None) -> tuple[Array, ...]:
+        """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
+
+        Args:
+            system: the name in the error.
+            factors: of K_p and K_o (2,); None for one each.
+
+        Raises:
+            SignalError: a factor is not positive and finite.
+        """
+        if factors is None:
+            return self._gains
+        p, o = factors
         if not (0 < p < np.inf and 0 < o < np.inf):
             raise SignalError(
-                f"Port '{self.get_name()}:stiffness_scale' got {p:g} and {o:g}; both factors must "
+                f"Port '{system}:stiffness_scale' got {p:g} and {o:g}; both factors must "
                 f"be positive and finite."
             )
         translation, rotation = (gains.copy() for gains in self._gains[:2])
@@ -258,16 +267,31 @@ class ImpedanceIntegrator(LeafSystem):
         rotation[2] *= o
         return translation, rotation, *self._gains[2:]
 
-    def _check_signals(self, desired: Array, wrench: Array, state: Array) -> None:
-        """Raises SignalError, by name, for what the law cannot use."""
-        check_frame_motion(desired, f"{self.get_name()}:desired_motion")
-        check_signal(wrench, f"{self.get_name()}:wrench")
+    def check_signals(self, system: str, desired: Array, wrench: Array, state: Array) -> None:
+        """Raises, by name, for what the law cannot use.
+
+        Args:
+            system: the name in the error.
+            desired: motion of D (19,).
+            wrench: at the end effector (6,).
+            state: of C (13,).
+
+        Raises:
+            SignalError: a signal is not finite, a quaternion not unit, or C has diverged.
+            SingularityError: the attitude leaves the domain of the family.
+        """
+        check_frame_motion(desired, f"{system}:desired_motion")
+        check_signal(wrench, f"{system}:wrench")
         if has_diverged(state):
             raise SignalError(
-                f"{self.get_name()}: the motion of C has diverged, an entry of its state is "
+                f"{system}: the motion of C has diverged, an entry of its state is "
                 f"{state[np.argmax(np.abs(state))]:.3g}. The integration step must stay well below "
                 f"M/D; shorten the simulator's max_step_size, or lower the damping or raise the "
                 f"mass of the impedance."
+            )
+        if self._rotates and self._has_domain:
+            self._rotation.check_domain(
+                desired[QUATERNION], quaternion.normalized(state[QUATERNION])
             )
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
@@ -276,12 +300,27 @@ class ImpedanceIntegrator(LeafSystem):
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)
+        output.SetFromVector(self.displacement(D, C))
+
+    def displacement(self, D: Array, C: Array) -> Array:
+        """Returns the family's orientation displacement and Δp_dc (6,) of two motions (19,)."""
         rotation = self._rotation.displacement(D[QUATERNION], C[QUATERNION])
-        output.SetFromVector(np.concatenate((rotation, D[POSITION] - C[POSITION])))
+        return np.concatenate((rotation, D[POSITION] - C[POSITION]))
 
     def _calc_energy(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)
-        wrench = self._wrench.Eval(context)
+        factors = self._scale.Eval(context) if self._scale.HasValue(context) else None
+        output.SetFromVector(self.energy(D, C, self._wrench.Eval(context), factors))
+
+    def energy(self, D: Array, C: Array, wrench: Array, factors: Array | None = None) -> Array:
+        """Returns ImpedanceEnergy (9,) [J, W].
+
+        Args:
+            D: motion of D (19,).
+            C: motion of C (19,).
+            wrench: at the end effector (6,).
+            factors: of K_p and K_o (2,); None for one each.
+        """
         energy = ImpedanceEnergy(
             np.array(
                 [
@@ -291,11 +330,10 @@ class ImpedanceIntegrator(LeafSystem):
                 ]
             )
         )
-        if self._scale.HasValue(context):
-            p, o = self._scale.Eval(context)
-            energy.translational_potential *= p
-            energy.rotational_potential *= o
-        output.SetFromVector(np.asarray(energy))
+        if factors is not None:
+            energy.translational_potential *= factors[0]
+            energy.rotational_potential *= factors[1]
+        return np.asarray(energy)
 
     def _coupling_energy(self, C: Array, D: Array) -> float:
         if self._K_c is None:

@@ -92,7 +92,9 @@ def evaluate_internal_motion(
     """
     J, v = arm.Jv_V_WE, arm.v
     dB = inertia_rate(model, scratch, arm.q, v)
-    task = task_function.evaluate(Instant(time, arm, start_posture, scratch))
+    task = task_function.evaluate(
+        Instant(time, arm.q, v, start_posture, lambda: arm, lambda: scratch)
+    )
     # (3.33), (3.39), (3.37)
     sigma, B_inverse, J_pinv, N, beta, e_n = gains.error(
         J,

@@ -12,7 +12,7 @@ from geoimp_drake.laws.inverse_dynamics import actuation, peak_effort
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 
-__all__ = ["InverseDynamicsInnerLoop"]
+__all__ = ["InverseDynamicsInnerLoop", "report_saturation"]
 
 _log = logging.getLogger("drake")
 
@@ -71,12 +71,26 @@ class InverseDynamicsInnerLoop(LeafSystem):
         before = context.get_discrete_state_vector().value()
         peak = state.get_mutable_discrete_state().get_mutable_value()
         if self._peak_effort(torque, self._limits, before, peak):
-            self._report(context.get_time(), torque, np.flatnonzero((before <= 1) & (peak > 1)))
+            new = np.flatnonzero((before <= 1) & (peak > 1))
+            report_saturation(self.get_name(), self._model, context.get_time(), torque, new)
 
-    def _report(self, time: float, torque: Array, saturated: Array) -> None:
-        for i in saturated:
-            joint = self._model.joint_names[self._model.actuation_order[i]]
-            _log.warning(
-                f"{self.get_name()}: joint '{joint}' saturates at t = {time:.3f} s: "
-                f"{torque[i]:.1f} asked, the limit is ±{self._limits[i]:g}; the plant clamps it."
-            )
+
+def report_saturation(
+    system: str, model: ControlModel, time: float, torque: Array, actuators: Array
+) -> None:
+    """Logs a warning for each actuator that is asked for more than its limit.
+
+    Args:
+        system: name of the system that asks.
+        model: the arm.
+        time: when [s].
+        torque: asked for, in the order of the actuators (n,) [Nm, N].
+        actuators: which of them are to be reported.
+    """
+    for i in actuators:
+        joint = model.actuation_order[i]
+        _log.warning(
+            f"{system}: joint '{model.joint_names[joint]}' saturates at t = {time:.3f} s: "
+            f"{torque[i]:.1f} asked, the limit is ±{model.effort_limits[joint]:g}; the plant "
+            f"clamps it."
+        )

@@ -75,6 +75,12 @@ class MotionController(LeafSystem):
             {self.input_port_ticket(port.get_index()) for port in (self._reference, self._arm)},
         )
 
+    @property
+    def gains(self) -> tuple[Array, Array]:
+        """K_Do and K_Po, K_Dp and K_Pp (2, 3, 3) each [1/s, 1/s²]."""
+        orientation, position = self._gains
+        return orientation, position
+
     def _calc_acceleration(self, context: Context, output: BasicVector) -> None:
         arm, motion = self._arm.Eval(context), self._reference.Eval(context)
         if self._has_domain:

@@ -95,6 +95,16 @@ class RedundancyResolver(LeafSystem):
         self._combine = compiled(redundant_acceleration)
         self._declare(model.num_joints)
 
+    @property
+    def gains(self) -> InternalMotionGains:
+        """How the internal motion is controlled."""
+        return self._gains
+
+    @property
+    def task(self) -> TaskFunction:
+        """The task function w."""
+        return self._task
+
     def _declare(self, n: int) -> None:
         """Declares ports, state and cache."""
         self._a = self.DeclareVectorInputPort("task_acceleration", TASK_DIMENSION)

@@ -70,6 +70,16 @@ class VelocityEstimator(LeafSystem):
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._next_reading)
 
+    @property
+    def period(self) -> float:
+        """The sampling period [s]."""
+        return self._period
+
+    @property
+    def is_differenced(self) -> bool:
+        """Whether the velocity is that of the positions' differences."""
+        return self._differenced
+
     def _calc_reading(self, context: Context, output: BasicVector) -> None:
         held = context.get_discrete_state_vector().value()
         output.SetFromVector(held[:-1] if held[-1] else self._state.Eval(context))

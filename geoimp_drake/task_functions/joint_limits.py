@@ -50,11 +50,11 @@ class JointLimitDistance:
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
         i, unit = self._index, 1.0 / (self._half * self._margin)
-        x = (instant.arm.q[i] - self._middle) / self._half
+        x = (instant.q[i] - self._middle) / self._half
         near = np.abs(x) > 1.0 - self._margin
         z = near * np.copysign(np.abs(x) - 1.0 + self._margin, x) / self._margin
-        dz = near * instant.arm.v[i] * unit
-        gradient, gradient_rate = np.zeros((2, len(instant.arm.q)))
+        dz = near * instant.v[i] * unit
+        gradient, gradient_rate = np.zeros((2, len(instant.q)))
         gradient[i] = -z * unit
         gradient_rate[i] = -dz * unit
         return TaskValue(-0.5 * float(z @ z), -float(z @ dz), gradient, gradient_rate)

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.trajectories import BezierCurve
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.smooth_rest import smooth_step
 from geoimp_drake.task_functions.task_function import Instant, TaskValue, joint_index
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive
@@ -54,15 +54,14 @@ class JointTarget:
         self._index = np.array([joint_index(model, name) for name in joints])
         self._target = self._within_limits(model, target, "target")
         self._initial = None if initial is None else self._within_limits(model, initial, "initial")
-        # Three times the start and three times the end make the fifth-order rest-to-rest curve.
-        self._curve = BezierCurve(start, start + duration, np.array([[0.0] * 3 + [1.0] * 3]))
+        self._begin, self._duration = start, duration
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
         q_d, v_d = self.desired(instant)
-        e = instant.arm.q[self._index] - q_d
-        de = instant.arm.v[self._index] - v_d
-        gradient, gradient_rate = np.zeros((2, len(instant.arm.q)))
+        e = instant.q[self._index] - q_d
+        de = instant.v[self._index] - v_d
+        gradient, gradient_rate = np.zeros((2, len(instant.q)))
         gradient[self._index] = e
         gradient_rate[self._index] = de
         return TaskValue(0.5 * float(e @ e), float(e @ de), gradient, gradient_rate)
@@ -71,8 +70,7 @@ class JointTarget:
         """Returns q_d and q̇_d of the chosen joints."""
         begin = instant.start_posture[self._index] if self._initial is None else self._initial
         path = self._target - begin
-        t = min(max(instant.time, self._curve.start_time()), self._curve.end_time())
-        s, ds = self._curve.value(t)[0, 0], self._curve.EvalDerivative(t, 1)[0, 0]
+        s, ds, _ = smooth_step(instant.time - self._begin, self._duration)
         return begin + s * path, ds * path
 
     def _within_limits(self, model: ControlModel, value: Array, field: str) -> Array:

@@ -24,7 +24,7 @@ class Manipulability:
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
-        J, v = instant.arm.Jv_V_WE, instant.arm.v
+        J, v = instant.arm.Jv_V_WE, instant.v
         A = J @ J.T
         w = math.sqrt(max(0.0, float(np.linalg.det(A))))
         if w == 0.0:

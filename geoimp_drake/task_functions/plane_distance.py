@@ -46,7 +46,7 @@ class PlaneDistance:
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
-        scratch, v, n = instant.scratch, instant.arm.v, self._normal
+        scratch, v, n = instant.scratch, instant.v, self._normal
         W = self._plant.world_frame()
         wrt_v = JacobianWrtVariable.kV
         J = self._plant.CalcJacobianSpatialVelocity(scratch, wrt_v, self._frame, _ORIGIN, W, W)

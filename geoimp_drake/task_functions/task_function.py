@@ -1,6 +1,8 @@
 """What a task function is given and what it returns."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -14,14 +16,30 @@ from geoimp_drake.validation import unknown_name
 __all__ = ["Instant", "NoTask", "TaskFunction", "TaskValue", "joint_index"]
 
 
-@dataclass(slots=True)
+@dataclass
 class Instant:
-    """The arm at one instant, as a task function sees it."""
+    """The arm at one instant, as a task function sees it.
+
+    Two attributes are evaluated when they are asked for: `arm`, its kinematics and dynamics, and
+    `scratch`, a context of the control model's plant at its posture.
+    """
 
     time: float  # [s]
-    arm: ArmState
+    q: Array  # (n) joint positions [rad or m]
+    v: Array  # (n) joint velocities
     start_posture: Array  # joint positions when the simulation was initialized (n) [rad or m]
-    scratch: Context  # of the control model's plant, at the posture of `arm`
+    evaluate_arm: Callable[[], ArmState]
+    position_scratch: Callable[[], Context]
+
+    @cached_property
+    def arm(self) -> ArmState:
+        """Kinematics and dynamics of the arm."""
+        return self.evaluate_arm()
+
+    @cached_property
+    def scratch(self) -> Context:
+        """A context of the control model's plant at the arm's posture and velocity."""
+        return self.position_scratch()
 
 
 @dataclass(slots=True)
@@ -46,7 +64,7 @@ class NoTask:
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns zeros."""
-        zero = np.zeros_like(instant.arm.q)
+        zero = np.zeros_like(instant.q)
         return TaskValue(0.0, 0.0, zero, zero)
 
 

@@ -45,8 +45,8 @@ class UserFunction:
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
-        t, q = instant.time, instant.arm.q
-        dt, dq = _HALF_STEP, instant.arm.v * _HALF_STEP
+        t, q = instant.time, instant.q
+        dt, dq = _HALF_STEP, instant.v * _HALF_STEP
         gradient = np.asarray(self._gradient(t, q), dtype=float)
         before, after = ((t + sign * dt, q + sign * dq) for sign in (-1.0, 1.0))
         return TaskValue(

@@ -11,7 +11,6 @@ from pydrake.systems.analysis import (
 from pydrake.systems.framework import Context
 from rigs import ControlledArm, make_controlled_arm, quick_config
 
-from geoimp_drake.systems import arm_model
 from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
 
 STEPS = 40
@@ -117,18 +116,3 @@ def test_a_clone_goes_on_as_the_original_does() -> None:
     # Initialization events would put C on E: this is the same run, not another one.
     restarted.Initialize(InitializeParams(suppress_initialization_events=True))
     np.testing.assert_array_equal(advanced(restarted, 20, STEPS), expected)
-
-
-def test_arm_is_evaluated_once_a_step(monkeypatch) -> None:
-    calls = []
-
-    def counting(*arguments):
-        calls.append(None)
-        return arm_model_evaluate(*arguments)
-
-    arm_model_evaluate = arm_model.evaluate_arm
-    arm = pushed_arm(PUSHES["one"])
-    monkeypatch.setattr(arm_model, "evaluate_arm", counting)
-    arm.simulator.AdvanceTo(0.0505)
-    # 51 readings, and the one before the first.
-    assert 51 <= len(calls) <= 52

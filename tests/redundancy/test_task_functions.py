@@ -51,7 +51,9 @@ every_task = pytest.mark.parametrize("name", TASKS)
 def instant(state: np.ndarray, time: float = 0.0, model=MODEL) -> Instant:
     scratch = model.plant.CreateDefaultContext()
     model.plant.SetPositionsAndVelocities(scratch, state)
-    return Instant(time, arm_at(model, state), np.full(model.num_joints, 0.2), scratch)
+    q, v = state.reshape(2, -1)
+    start = np.full(model.num_joints, 0.2)
+    return Instant(time, q, v, start, lambda: arm_at(model, state), lambda: scratch)
 
 
 def along(state: np.ndarray, dt: float) -> np.ndarray:

@@ -1,0 +1,192 @@
+"""The inner loop of one arm in one call: from its reading, a reference motion and the wrench to τ.
+
+The laws are those of the blocks, in the same order: kinematics and dynamics (2.1), (2.2), the
+tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A call
+from Python costs more than they do, so they share one. Floats only.
+
+`*arm` are the fields of a `serial_chain.ChainArrays`, one by one: so they reach a compiled law
+sooner. A reading holds [q; v] of the arm in the order of its plant, `order` says where (2n,).
+"""
+
+import numpy as np
+
+from geoimp_drake.compiled import compilable
+from geoimp_drake.laws.internal_motion import internal_acceleration, internal_error
+from geoimp_drake.laws.inverse_dynamics import actuation
+from geoimp_drake.laws.motion_vector import POSITION, QUATERNION, VELOCITY, is_finite
+from geoimp_drake.laws.quaternion_control import orientation_acceleration
+from geoimp_drake.laws.redundant_acceleration import redundant_acceleration
+from geoimp_drake.laws.resolved_acceleration import resolved_acceleration
+from geoimp_drake.laws.serial_chain import (
+    ChainArrays,
+    chain_coriolis,
+    chain_dynamics,
+    chain_motion,
+    chain_posture,
+)
+from geoimp_drake.laws.tracking_acceleration import tracking_acceleration
+from geoimp_drake.rotations.quaternion import from_rotation
+from geoimp_drake.typing import Array
+
+__all__ = ["arm_quantities", "arm_torque", "measured_motion", "redundant_arm_torque"]
+
+_tracking_acceleration = compilable(tracking_acceleration(orientation_acceleration))
+
+
+def measured_motion(order: Array, reading: Array, motion: Array, *arm: Array) -> bool:
+    """Writes the motion of E (19,) that a reading tells, accelerations zero; says whether it could.
+
+    Args:
+        order: of the reading (2n,).
+        reading: at least (2n,) [rad, m; rad/s, m/s]; must be finite.
+        motion: where to write.
+        arm: its constants.
+    """
+    x, n = reading[order], len(order) // 2
+    if not is_finite(x):
+        return False
+    s, _, X_WE = chain_posture(ChainArrays(*arm), x[:n])
+    motion[:] = 0.0
+    motion[QUATERNION] = from_rotation(X_WE[:, :3])
+    motion[POSITION] = X_WE[:, 3]
+    motion[VELOCITY] = chain_motion(s, x[n:], X_WE[:, 3])[1]
+    return True
+
+
+def arm_quantities(q: Array, v: Array, *arm: Array) -> tuple[Array, ...]:
+    """Returns Q_WE, R_WE, p_WE, V_WE, J, J̇q̇, B, Cq̇, Fq̇ and g of (2.1), (2.2).
+
+    Args:
+        q: joint positions (n,) [rad, m].
+        v: joint velocities (n,).
+        arm: its constants.
+    """
+    chain = ChainArrays(*arm)
+    s, links, X_WE = chain_posture(chain, q)
+    R_WE, p_WE = X_WE[:, :3].copy(), X_WE[:, 3].copy()
+    J, V_WE, Jdot_v = chain_motion(s, v, p_WE)
+    B, _, Cv, g = chain_dynamics(chain, s, links, v)
+    return from_rotation(R_WE), R_WE, p_WE, V_WE, J, Jdot_v, B, Cv, chain.friction * v, g
+
+
+def arm_torque(
+    order: Array,
+    actuation_order: Array,
+    orientation: Array,
+    position: Array,
+    reading: Array,
+    reference: Array,
+    h: Array,
+    u: Array,
+    *arm: Array,
+) -> bool:
+    """Writes the torques of a six-joint arm; says whether it could: signals must be finite.
+
+    Args:
+        order: of the reading (12,).
+        actuation_order: which joint each actuator drives (6,).
+        orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
+        position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
+        reading: at least (12,) [rad, m; rad/s, m/s].
+        reference: motion of the frame to be tracked (19,).
+        h: wrench by the end effector on the environment (6,) [Nm, N].
+        u: τ (6,), where to write [Nm, N].
+        arm: its constants.
+
+    Raises:
+        numpy.linalg.LinAlgError: J is exactly singular.
+    """
+    x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
+    q, v = x[:6], x[6:]
+    if not is_finite(x):
+        return False
+    s, links, X_WE = chain_posture(chain, q)
+    Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
+    J, V_WE, Jdot_v = chain_motion(s, v, p_WE)
+    if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
+        return False
+    B, _, Cv, g = chain_dynamics(chain, s, links, v)
+    alpha = resolved_acceleration(J, Jdot_v, a)
+    return actuation(B, alpha, Cv, chain.friction * v, g, J, h, actuation_order, u)
+
+
+def redundant_arm_torque(
+    order: Array,
+    actuation_order: Array,
+    orientation: Array,
+    position: Array,
+    reading: Array,
+    reference: Array,
+    h: Array,
+    u: Array,
+    gradient: Array,
+    gradient_rate: Array,
+    report: Array,
+    K_n: Array,
+    k_beta: float,
+    weights: Array,
+    weighs_by_inertia: bool,
+    threshold: float,
+    factor: float,
+    *arm: Array,
+) -> bool:
+    """Writes the torques of an arm of n > 6 joints; says whether it could: signals must be finite.
+
+    Args:
+        order: of the reading (2n,).
+        actuation_order: which joint each actuator drives (n,).
+        orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
+        position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
+        reading: at least (2n,) [rad, m; rad/s, m/s].
+        reference: motion of the frame to be tracked (19,).
+        h: wrench by the end effector on the environment (6,) [Nm, N].
+        u: τ (n,), where to write [Nm, N].
+        gradient: of the task function (n,).
+        gradient_rate: its rate along the arm's motion (n,).
+        report: where to write the smallest singular value of J, then e_n of (3.37) (1 + n,).
+        K_n: gain of e_n (n, n).
+        k_beta: gain of the task function.
+        weights: a constant W and its inverse (2, n, n).
+        weighs_by_inertia: (3.36) W = B instead.
+        threshold: σ₀ of `damped_pseudo_inverse`.
+        factor: λ₀ of the same.
+        arm: its constants.
+    """
+    x, chain, a, n = reading[order], ChainArrays(*arm), np.empty(6), len(gradient)
+    q, v = x[:n], x[n:]
+    if not is_finite(x):
+        return False
+    s, links, X_WE = chain_posture(chain, q)
+    Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
+    J, V_WE, Jdot_v = chain_motion(s, v, p_WE)
+    if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
+        return False
+    B, dB, Cv, g = chain_dynamics(chain, s, links, v)
+    sigma, B_inverse, J_pinv, N, beta, e_n = internal_error(
+        J, B, weights[1], weighs_by_inertia, threshold, factor, k_beta, gradient, v
+    )
+    W, W_inverse, dW = weights[0], weights[1], np.zeros((n, n))
+    if weighs_by_inertia:
+        W, W_inverse, dW = B, np.ascontiguousarray(B_inverse), dB
+    # C e_n as `null_space_acceleration.coriolis_product` finds it.
+    C_e = 0.5 * (chain_coriolis(s, links, v + e_n) - Cv - chain_coriolis(s, links, e_n))
+    alpha_n = internal_acceleration(
+        J,
+        v,
+        J_pinv,
+        N,
+        W,
+        W_inverse,
+        dW,
+        B_inverse,
+        dB,
+        k_beta,
+        beta,
+        gradient_rate,
+        K_n @ e_n,
+        C_e,
+    )
+    alpha = redundant_acceleration(J_pinv, a, Jdot_v, alpha_n)
+    report[0] = sigma
+    report[1:] = e_n
+    return actuation(B, alpha, Cv, chain.friction * v, g, J, h, actuation_order, u)

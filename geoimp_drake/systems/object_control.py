@@ -1,0 +1,301 @@
+"""The object's part of tight cooperation as one system: its blocks, sooner."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    BasicVector,
+    CacheEntry,
+    Context,
+    ContinuousState,
+    DependencyTicket,
+    InputPort,
+    LeafSystem,
+    State,
+    ValueProducer,
+)
+
+from geoimp_drake.compiled import compiled
+from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.half_rotation import check_half_defined
+from geoimp_drake.laws.held_object import held_object_motion
+from geoimp_drake.laws.object_control import (
+    COMPLIANT,
+    HANDS,
+    MEASURED_MUTUAL,
+    MUTUAL,
+    OBJECT,
+    object_control,
+)
+from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
+from geoimp_drake.systems.cooperative_reference_generator import (
+    CooperativeReferenceGenerator,
+    measured_mutual_pose,
+)
+from geoimp_drake.systems.frame_motion import (
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    QUATERNION,
+    VELOCITY,
+    check_frame_motion,
+    check_signal,
+    frame_motion_vector,
+)
+from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy, ImpedanceIntegrator
+from geoimp_drake.systems.internal_impedance import InternalImpedance
+from geoimp_drake.typing import Array
+
+__all__ = ["ObjectControl"]
+
+_POSE_SIZE = 7
+_NO_WRENCH = np.zeros(6)
+
+
+@dataclass(slots=True)
+class _Found:
+    """What one evaluation of the law gives."""
+
+    motions: Array  # (6×19), see laws/object_control.py
+    wrenches: Array  # (3×6)
+    rates: Array  # of the state (26)
+
+
+class ObjectControl(LeafSystem):
+    """Finds the references of two hands that make their object compliant: four blocks as one.
+
+    It does what these do, connected with each other, with the same laws and the same numbers, in
+    one compiled call for a state (laws/object_control.py):
+
+        CooperativeKinematics ─▶ ImpedanceIntegrator ─▶ CooperativeReferenceGenerator
+                              ─▶ InternalImpedance   ─▶
+
+    The continuous state is that of C, then that of the mutual pose of the references. Both start
+    with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
+    grasp, unless it is prescribed.
+
+    Args:
+        kinematics: the block whose load and gravity it takes over.
+        impedance: the block whose gains it takes over; its orientation family is the quaternion.
+        references: the block whose prescribed pose it takes over.
+        internal: the block whose gains it takes over; None for a constant mutual pose.
+        removes_inertial_load: of the object; else its weight alone.
+
+    Raises:
+        SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
+        OutOfDomainError: the hands have turned by more than 355° against each other.
+
+    Ports:
+        input desired_motion: of D, the object's, in W (19)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
+        input wrench_1: h = [μ; f] by the first hand on its environment, about Eo, in W (6)
+        input wrench_2: the same by the second (6)
+        input measured_motion_1: of the first hand in W (19)
+        input measured_motion_2: of the second (19)
+        output compliant_motion: of C, the object's, in W (19)
+        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
+        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
+        output object_motion: of O in W as measured (19)
+        output object_wrench: by the object on its environment, about Oo, in W (6)
+        output internal_wrench: ½(h_2 − h_1), in W (6)
+        output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
+        output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
+        output reference_motion_1: of the first hand in W (19)
+        output reference_motion_2: of the second (19)
+    """
+
+    def __init__(
+        self,
+        kinematics: CooperativeKinematics,
+        impedance: ImpedanceIntegrator,
+        references: CooperativeReferenceGenerator,
+        internal: InternalImpedance | None,
+        *,
+        removes_inertial_load: bool,
+    ):
+        super().__init__()
+        self._impedance, self._internal = impedance, internal
+        self._prescribed = references.prescribed
+        self._removes_inertial_load = removes_inertial_load
+        self._law: Callable[..., bool] = compiled(object_control)
+        self._motion_law = compiled(held_object_motion)
+        self._load = kinematics.load_arguments
+        # Without one its gains are not used.
+        second = impedance if internal is None else internal
+        self._internal_gains = internal is not None, *second.gains("internal")
+        self._at_rest = np.zeros(FRAME_MOTION_SIZE)
+        self._declare_inputs()
+        self._declare_state()
+        self._declare_outputs()
+
+    def _declare_inputs(self) -> None:
+        motion = frame_motion_vector()
+        self._desired = self.DeclareVectorInputPort("desired_motion", motion)
+        self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
+        self._wrenches = [self.DeclareVectorInputPort(f"wrench_{k}", 6) for k in (1, 2)]
+        self._hands = [self.DeclareVectorInputPort(f"measured_motion_{k}", motion) for k in (1, 2)]
+
+    def _declare_state(self) -> None:
+        # As declared it is zero, quaternions included: nothing has started.
+        self.DeclareContinuousState(2 * FRAME_STATE_SIZE)
+        self._pose = self.DeclareDiscreteState(_POSE_SIZE)
+        # The motion of C when the last step began: a sensor's reading belongs to it.
+        self._last = self.DeclareDiscreteState(frame_motion_vector())
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
+        self.DeclareInitializationPublishEvent(self._check)
+        self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
+
+    def _declare_outputs(self) -> None:
+        inputs = {self._ticket(self._desired), self._ticket(self._scale)}
+        hands = {self._ticket(port) for port in self._hands}
+        grasp = hands | {self.discrete_state_ticket(self._pose)}
+        law = inputs | grasp | {self._ticket(port) for port in self._wrenches}
+        law |= {self.xc_ticket(), self.discrete_state_ticket(self._last)}
+        # They change when the scale does, not with every step.
+        self._gains = self._cache("gains", self._calc_gains, {self._ticket(self._scale)})
+        self._found = self._cache("object", self._calc_found, law)
+        self._declare("compliant_motion", 19, lambda c: self._motions(c)[COMPLIANT], law)
+        self._declare("displacement", 6, self._displacement, law)
+        self._declare("energy", len(ImpedanceEnergy.get_fields()), self._energy, law)
+        self._declare("object_motion", 19, lambda c: self._motions(c)[OBJECT], law)
+        self._declare("object_wrench", 6, lambda c: self._found.Eval(c).wrenches[0], law)
+        self._declare("internal_wrench", 6, lambda c: self._found.Eval(c).wrenches[1], law)
+        self._declare("mutual_motion", 19, lambda c: self._motions(c)[MEASURED_MUTUAL], law)
+        self._declare("mutual_reference", 19, self._mutual_reference, grasp)
+        for k in range(2):
+            self._declare(f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
+
+    def _ticket(self, port: InputPort) -> DependencyTicket:
+        return self.input_port_ticket(port.get_index())
+
+    def _cache(
+        self, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set
+    ) -> CacheEntry:
+        producer = ValueProducer(lambda: AbstractValue.Make(object()), calc)
+        return self.DeclareCacheEntry(name, producer, tickets)
+
+    def _declare(self, name: str, size: int, law: Callable[[Context], Array], tickets: set) -> None:
+        model = frame_motion_vector() if size == FRAME_MOTION_SIZE else BasicVector(size)
+        self.DeclareVectorOutputPort(
+            name, model, lambda context, output: output.SetFromVector(law(context)), tickets
+        )
+
+    def _stop(self, context: Context, state: State) -> None:
+        """Forgets C and the grasp. They start with the first step, after the joints' readings."""
+        state.get_mutable_continuous_state().SetFromVector(np.zeros(2 * FRAME_STATE_SIZE))
+        state.get_mutable_discrete_state(self._pose).SetFromVector(np.zeros(_POSE_SIZE))
+        state.get_mutable_discrete_state(self._last).SetFromVector(frame_motion_vector().value())
+
+    def _check(self, context: Context) -> None:
+        """Evaluates the law, so that initialization already refuses what it cannot use."""
+        self._found.Eval(context)
+
+    def _start_or_normalize(self, context: Context, state: State) -> None:
+        # The law's quaternions are normalized. This comes with the plant's step, whose torques have
+        # evaluated the law already.
+        motions = self._motions(context)
+        x = motions[COMPLIANT : MUTUAL + 1, :FRAME_STATE_SIZE].ravel()
+        state.get_mutable_continuous_state().SetFromVector(x)
+        state.get_mutable_discrete_state(self._last).SetFromVector(motions[COMPLIANT])
+        if not context.get_discrete_state(self._pose).value().any():
+            state.get_mutable_discrete_state(self._pose).SetFromVector(self._mutual_pose(context))
+
+    def _mutual_pose(self, context: Context) -> Array:
+        """Returns ¹Q_21 and ᵒΔp_21 (7) of the grasp."""
+        held: Array = context.get_discrete_state(self._pose).value()
+        if held.any():
+            return held
+        if self._prescribed is not None:
+            return self._prescribed
+        return measured_mutual_pose(self.get_name(), *self._measured(context))
+
+    def _measured(self, context: Context) -> list[Array]:
+        return [port.Eval(context) for port in self._hands]
+
+    def _calc_gains(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(self._impedance.gains(self.get_name(), self._factors(context)))
+
+    def _factors(self, context: Context) -> Array | None:
+        return self._scale.Eval(context) if self._scale.HasValue(context) else None
+
+    def _calc_found(self, context: Context, value: AbstractValue) -> None:
+        hands, wrenches = self._measured(context), [w.Eval(context) for w in self._wrenches]
+        desired, pose = self._desired.Eval(context), self._mutual_pose(context)
+        state = context.get_continuous_state_vector().CopyToVector()
+        if not state.any():
+            state = self._start_state(hands, pose)
+        found = _Found(np.empty((6, 19)), np.empty((3, 6)), np.empty(2 * FRAME_STATE_SIZE))
+        reference = self._at_rest
+        if self._removes_inertial_load:
+            reference = context.get_discrete_state(self._last).value()
+        signals: tuple[Array, ...] = (*hands, *wrenches, desired, state, pose, reference)
+        gains = self._gains.Eval(context)
+        if not self._law(
+            *signals,
+            found.motions,
+            found.wrenches,
+            found.rates,
+            *gains,
+            *self._internal_gains,
+            *self._load,
+        ):
+            self._check_signals(hands, wrenches, desired, state, found.motions)
+        value.set_value(found)
+
+    def _start_state(self, hands: list[Array], pose: Array) -> Array:
+        """Returns the state at rest in which C is O, and the mutual pose that of the hands."""
+        first, second = hands
+        state = self._motion_law(first, second, pose[QUATERNION])[:, :FRAME_STATE_SIZE]
+        state[:, VELOCITY] = 0.0
+        return state.ravel()
+
+    def _check_signals(
+        self,
+        hands: list[Array],
+        wrenches: list[Array],
+        desired: Array,
+        state: Array,
+        motions: Array,
+    ) -> None:
+        """Raises, by name, for what the law cannot use."""
+        name = self.get_name()
+        for k in range(2):
+            check_frame_motion(hands[k], f"{name}:measured_motion_{k + 1}")
+            check_signal(wrenches[k], f"{name}:wrench_{k + 1}")
+        C, mutual = state[:FRAME_STATE_SIZE], state[FRAME_STATE_SIZE:]
+        self._impedance.check_signals(name, desired, _NO_WRENCH, C)
+        check_half_defined(motions[MEASURED_MUTUAL])
+        if self._internal is not None:
+            at_rest = frame_motion_vector().value()
+            self._internal.check_signals(f"{name}, mutual pose", at_rest, _NO_WRENCH, mutual)
+            check_half_defined(mutual)
+        raise SignalError(f"{name}: the references of the hands are not finite.")
+
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
+        """Integrates C and the mutual pose; a part without impedance follows D."""
+        derivatives.SetFromVector(self._found.Eval(context).rates)
+
+    def _motions(self, context: Context) -> Array:
+        motions: Array = self._found.Eval(context).motions
+        return motions
+
+    def _reference(self, k: int, context: Context) -> Array:
+        reference: Array = self._motions(context)[HANDS][k]
+        return reference
+
+    def _mutual_reference(self, context: Context) -> Array:
+        motion = np.zeros(FRAME_MOTION_SIZE)
+        motion[:_POSE_SIZE] = self._mutual_pose(context)
+        return motion
+
+    def _displacement(self, context: Context) -> Array:
+        return self._impedance.displacement(
+            self._desired.Eval(context), self._motions(context)[COMPLIANT]
+        )
+
+    def _energy(self, context: Context) -> Array:
+        found = self._found.Eval(context)
+        D, C = self._desired.Eval(context), found.motions[COMPLIANT]
+        return self._impedance.energy(D, C, found.wrenches[0], self._factors(context))
