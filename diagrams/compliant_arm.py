@@ -85,7 +85,9 @@ def add_compliant_arm(
         make_impedance_controller(plant, instance, E, settings.controller())
     )
     settings.sensor.seed = settings.seed
-    sensor = add_wrist_sensor(builder, plant, sensor_joint, E, settings.sensor)
+    sensor = add_wrist_sensor(
+        builder, plant, sensor_joint, E, settings.sensor, reference_is_held=True
+    )
 
     # Desired motion, joint state and wrench go in, torques come out.
     builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
@@ -97,7 +99,7 @@ def add_compliant_arm(
     # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
     # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
     builder.Connect(
-        controller.GetOutputPort("compliant_motion"), sensor.GetInputPort("reference_motion")
+        controller.GetOutputPort("last_compliant_motion"), sensor.GetInputPort("reference_motion")
     )
     return CompliantArm(arm, E, desired_motion, controller, sensor)
 

@@ -58,6 +58,7 @@ def make_impedance_controller(
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
         output peak_effort: largest torque so far as a fraction of the limit (n)
+        output last_compliant_motion: of C when the last step began; a held state (19)
         output smallest_singular_value: of the Jacobian of E, in rad and m (1)
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
@@ -71,6 +72,33 @@ def make_impedance_controller(
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
 
     builder = DiagramBuilder()
+    _add_blocks(builder, model, config, task_function)
+    diagram = builder.Build()
+    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
+    return diagram
+
+
+_OUTPUTS = (
+    "actuation",
+    "compliant_motion",
+    "measured_motion",
+    "displacement",
+    "energy",
+    "peak_effort",
+    "last_compliant_motion",
+    "smallest_singular_value",
+    "null_space_error",
+    "task_value",
+)
+
+
+def _add_blocks(
+    builder: DiagramBuilder,
+    model: ControlModel,
+    config: ImpedanceControllerConfig,
+    task_function: TaskFunction | None,
+) -> None:
+    """Adds impedance and inner loop, and exports their ports."""
     impedance = builder.AddNamedSystem("impedance", config.impedance.make())
     arm = builder.AddNamedSystem(
         "arm",
@@ -89,22 +117,12 @@ def make_impedance_controller(
     builder.Connect(
         impedance.GetOutputPort("compliant_motion"), arm.GetInputPort("reference_motion")
     )
-
     builder.ExportInput(arm.GetInputPort("estimated_state"), "estimated_state")
     builder.ExportInput(impedance.GetInputPort("desired_motion"), "desired_motion")
     wrench = builder.ExportInput(impedance.GetInputPort("wrench"), "wrench")
     # The same wrench is compensated in (2.3).
     builder.ConnectInput(wrench, arm.GetInputPort("wrench"))
     builder.ExportInput(impedance.GetInputPort("stiffness_scale"), "stiffness_scale")
-    for system, ports in (
-        (arm, ("actuation",)),
-        (impedance, ("compliant_motion",)),
-        (arm, ("measured_motion",)),
-        (impedance, ("displacement", "energy")),
-        (arm, ("peak_effort", "smallest_singular_value", "null_space_error", "task_value")),
-    ):
-        for port in ports:
-            builder.ExportOutput(system.GetOutputPort(port), port)
-    diagram = builder.Build()
-    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
-    return diagram
+    for port in _OUTPUTS:
+        system = impedance if impedance.HasOutputPort(port) else arm
+        builder.ExportOutput(system.GetOutputPort(port), port)

@@ -27,11 +27,14 @@ def add_wrist_sensor(
     config: WristSensorConfig | None = None,
     tool: ToolLoad | None = None,
     initial_wrench: Array | None = None,
+    *,
+    reference_is_held: bool = False,
 ) -> ForceTorqueSensor:
     """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
 
     Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
-    its input port `reference_motion` (to a controller's `compliant_motion`, say) yourself.
+    its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
+    `reference_is_held` to its `last_compliant_motion`, which costs less.
 
     Args:
         builder: holds `plant` already.
@@ -41,6 +44,7 @@ def add_wrist_sensor(
         config: sampling, errors and range; the default is an ideal sensor read every 1 ms.
         tool: the load to remove; by default that of every body beyond the joint, from the plant.
         initial_wrench: h until the first sample, one period after the start (6); zero unless given.
+        reference_is_held: see `ForceTorqueSensor`.
 
     Returns:
         The sensor, named after the joint.
@@ -86,6 +90,7 @@ def add_wrist_sensor(
             tool or tool_load_beyond(plant, joint),
             config or WristSensorConfig(),
             initial_wrench,
+            reference_is_held=reference_is_held,
         ),
     )
     for port in (

@@ -55,10 +55,10 @@ BLOCKS = {
 }
 SIX = {"RedundancyResolver._calc_six": 1}
 SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
-# Both arms, and what their object needs. The hands' motions are needed before and after the step.
+# Both arms, and what their object needs.
 BAR = {
     **{name: 2 * count for name, count in FUSED.items()},
-    "ArmControl._calc_measured_motion": 4,
+    "ArmControl._calc_measured_motion": 2,
     "DesiredMotion._calc_motion": 1,
     "ForceTorqueSensor._sample": 2,
     "ObjectControl._calc_found": 2,

@@ -1,7 +1,5 @@
 """Inverse dynamics, the inner loop of every controller."""
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.typing import Array
@@ -56,6 +54,13 @@ def actuation(
 
 @compilable
 def peak_effort(u: Array, limits: Array, before: Array, peak: Array) -> bool:
-    """Writes the largest |u|/limit so far (n,); says whether one has passed its limit just now."""
-    peak[:] = np.maximum(before, np.abs(u) / limits)
-    return bool(((before <= 1.0) & (peak > 1.0)).any())
+    """Writes the largest |u|/limit so far (n,); says whether one has passed its limit just now.
+
+    `before` may be `peak` itself.
+    """
+    passed = False
+    for k in range(len(u)):
+        effort = max(before[k], abs(u[k]) / limits[k])
+        passed = passed or (before[k] <= 1.0 and effort > 1.0)
+        peak[k] = effort
+    return passed

@@ -17,7 +17,8 @@ def next_reading(state: Array, held: Array, period: float, differenced: bool, af
 
     Args:
         state: [q; v] (2n,).
-        held: the reading before and, last, how many there were: none, the first, more (2n + 1,).
+        held: the reading before and, last, how many there were: none, the first, more (2n + 1,); it
+            may be `after` itself.
         period: between samples [s].
         differenced: whether v is (q − q_before)/period.
         after: where to write (2n + 1,).
@@ -25,8 +26,9 @@ def next_reading(state: Array, held: Array, period: float, differenced: bool, af
     if not is_finite(state):
         return False
     n = len(state) // 2
-    after[: 2 * n] = state
+    after[n : 2 * n] = state[n:]
     if differenced and held[-1] > 1:
         after[n : 2 * n] = (state[:n] - held[:n]) / period
+    after[:n] = state[:n]
     after[-1] = 2.0
     return True

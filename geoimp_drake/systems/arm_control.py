@@ -164,15 +164,17 @@ class ArmControl(LeafSystem):
 
     def _next_reading(self, context: Context, state: DiscreteValues) -> None:
         reading = self._state.Eval(context)
-        held = context.get_discrete_state(self._held).value()
-        if not self._next(reading, held, *self._sampling, state.get_mutable_value(self._held)):
+        # Drake hands over a copy of the context's state.
+        held = state.get_mutable_value(self._held)
+        if not self._next(reading, held, *self._sampling, held):
             self._check_reading(reading)
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
         torque = self._torque.Eval(context)
-        before = context.get_discrete_state(self._peak).value()
+        # Drake hands over a copy of the context's state.
         peak = state.get_mutable_discrete_state(self._peak).get_mutable_value()
-        if self._peak_effort(torque, self._limits, before, peak):
+        if self._peak_effort(torque, self._limits, peak, peak):
+            before = context.get_discrete_state(self._peak).value()
             new = np.flatnonzero((before <= 1) & (peak > 1))
             report_saturation(self.get_name(), self._model, context.get_time(), torque, new)
 
@@ -194,9 +196,8 @@ class ArmControl(LeafSystem):
 
     def _evaluate(self, context: Context, u: Array) -> tuple[Array, float]:
         """Writes the torques; returns [σ; e_n] and w, or nothing and zero for six joints."""
-        reference, wrench = self._reference.Eval(context), self._wrench.Eval(context)
         reading = self._reading(context)
-        signals = reading, reference, wrench, u
+        signals = reading, self._reference.Eval(context), self._wrench.Eval(context), u
         if not self._is_redundant:
             self._resolve(signals)
             return self._none[:0], 0.0

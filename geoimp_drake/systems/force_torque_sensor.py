@@ -143,6 +143,8 @@ class ForceTorqueSensor(LeafSystem):
         tool: mass, centre of mass and inertia beyond the sensor, in S.
         config: sampling, errors and range of the sensor.
         initial_wrench: h until the first sample (6) [Nm, N].
+        reference_is_held: the reference is given by a state that holds what the plant's last step
+            followed, such as `last_compliant_motion`, and needs not be read before the step.
 
     Raises:
         ConfigurationError: a field of the configuration cannot be used.
@@ -165,6 +167,8 @@ class ForceTorqueSensor(LeafSystem):
         tool: ToolLoad,
         config: WristSensorConfig,
         initial_wrench: Array | None = None,
+        *,
+        reference_is_held: bool = False,
     ):
         super().__init__()
         config.validate()
@@ -177,6 +181,8 @@ class ForceTorqueSensor(LeafSystem):
         self._noisy = bool(self._noise.any())
         self._erroneous = self._noisy or bool(self._bias.any())
         self._of_plant = config.inertial_load == "plant"
+        self._of_reference = config.inertial_load == "reference"
+        self._of_held = self._of_reference and reference_is_held
         self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
         self._gain = filter_gain(config.filter_cutoff, config.period)
         self._load = (
@@ -202,7 +208,7 @@ class ForceTorqueSensor(LeafSystem):
         self.DeclareStateOutputPort("peak_reading", self._peak)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(config.period, 0.0, self._sample)
-        if config.inertial_load == "reference":
+        if self._of_reference and not reference_is_held:
             # Unrestricted updates come first, together with the step of a plant with sampled output
             # ports: what the step has evaluated is not evaluated again.
             self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, 0.0, self._keep_reference)
@@ -292,6 +298,9 @@ class ForceTorqueSensor(LeafSystem):
 
     def _load_motion(self, context: Context, X_WT: RigidTransform, followed: Array) -> Array:
         """Returns the motion with which the tool's inertial load is removed."""
+        if self._of_held:
+            held: Array = self._reference.Eval(context)
+            return held
         if not self._of_plant:
             return followed
         motion, k = np.zeros(FRAME_MOTION_SIZE), self._tool_body

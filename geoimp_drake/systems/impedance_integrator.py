@@ -196,7 +196,7 @@ class ImpedanceIntegrator(LeafSystem):
         self._compliant.Eval(context)
         return EventStatus.Succeeded()
 
-    def _start_or_normalize(self, context: Context, state: State) -> EventStatus:
+    def _start_or_normalize(self, context: Context, state: State) -> None:
         # The law's quaternion is normalized. This comes with the plant's step, whose torque has
         # evaluated the law already.
         motion = self._compliant.Eval(context)
@@ -204,7 +204,6 @@ class ImpedanceIntegrator(LeafSystem):
         state.get_mutable_discrete_state(self._last).SetFromVector(motion)
         if self._has_conditioning and not context.get_discrete_state(self._reported).value()[0]:
             self._watch_conditioning(context, motion[QUATERNION], state)
-        return EventStatus.Succeeded()
 
     def _watch_conditioning(self, context: Context, Q_WC: Array, state: State) -> None:
         conditioning = self._rotation.conditioning(self._desired.Eval(context)[QUATERNION], Q_WC)
@@ -230,12 +229,10 @@ class ImpedanceIntegrator(LeafSystem):
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         """Computes the motion of C, accelerations included."""
-        desired = self._desired.Eval(context)
-        wrench = self._wrench.Eval(context)
-        state = self._compliant_state(context)
+        desired, wrench = self._desired.Eval(context), self._wrench.Eval(context)
+        state, gains = self._compliant_state(context), self._current_gains.Eval(context)
         if self._rotates and self._has_domain:
             self.check_signals(self.get_name(), desired, wrench, state)
-        gains = self._current_gains.Eval(context)
         if not self._law(state, desired, wrench, *gains, output.get_mutable_value()):
             self.check_signals(self.get_name(), desired, wrench, state)
 
