@@ -257,7 +257,7 @@ def build_loose(
                 builder, meshcat, plant, hand.controller, frames.H, push=scenario.external is None
             )
     return Setup(
-        scenario, builder.Build(), plant, recorder, lambda bare: _add_models(bare, scenario)
+        scenario, recorder.build(), plant, recorder, lambda bare: _add_models(bare, scenario)
     )
 
 

@@ -120,7 +120,7 @@ def build_single_arm(
                 builder, meshcat, plant, hand.controller, E, push=scenario.external is None
             )
     return Setup(
-        scenario, builder.Build(), plant, recorder, lambda bare: _add_models(bare, scenario)
+        scenario, recorder.build(), plant, recorder, lambda bare: _add_models(bare, scenario)
     )
 
 

@@ -204,7 +204,7 @@ def build_tight(
         )
         if live:
             add_live_controls(builder, meshcat, plant, controller, models.bar.body_frame())
-    diagram = builder.Build()
+    diagram = recorder.build()
     return Setup(
         scenario,
         diagram,

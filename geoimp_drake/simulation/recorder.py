@@ -1,7 +1,9 @@
-"""Logging: Drake's vector log sinks under the log's own names."""
+"""Logging: one of Drake's vector log sinks under the log's own names."""
 
-from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+from itertools import accumulate
+
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
 from geoimp_drake.typing import Array
 
@@ -13,6 +15,9 @@ _ALL = slice(None)
 class Recorder:
     """Records ports of a diagram under construction at one period.
 
+    All of them go into one sink: every system of a diagram costs time in every step, one that only
+    listens, too.
+
     Args:
         builder: of the diagram.
         period: between two samples [s].
@@ -21,14 +26,14 @@ class Recorder:
     def __init__(self, builder: DiagramBuilder, period: float):
         self._builder = builder
         self._period = period
-        self._sinks: dict[OutputPort, VectorLogSink] = {}
+        self._ports: list[OutputPort] = []
         self._keys: dict[str, tuple[OutputPort, slice]] = {}
         self._constants: dict[str, Array] = {}
 
     def record(self, key: str, port: OutputPort, part: slice = _ALL) -> None:
         """Records a port, or a part of its vector, under a key; a port is sampled once."""
-        if port not in self._sinks:
-            self._sinks[port] = LogVectorOutput(port, self._builder, self._period)
+        if port not in self._ports:
+            self._ports.append(port)
         self._keys[key] = (port, part)
 
     def constant(self, key: str, value: Array) -> None:
@@ -39,18 +44,27 @@ class Recorder:
         """Returns the port that is recorded under a key."""
         return self._keys[key][0]
 
+    def build(self) -> Diagram:
+        """Adds the sink and returns the diagram."""
+        sizes = [port.size() for port in self._ports]
+        everything = self._builder.AddNamedSystem("logged_signals", Multiplexer(sizes))
+        for k, port in enumerate(self._ports):
+            self._builder.Connect(port, everything.get_input_port(k))
+        self._sink = self._builder.AddNamedSystem("log", VectorLogSink(sum(sizes), self._period))
+        self._builder.Connect(everything.get_output_port(), self._sink.get_input_port())
+        return self._builder.Build()
+
     def collect(self, context: Context) -> dict[str, Array]:
         """Returns what has been recorded, the first axis being time.
-
-        A system that fails ends a simulation between two sinks; samples that some of them lack are
-        left out.
 
         Args:
             context: of the whole diagram.
         """
-        logs = {port: sink.FindLog(context) for port, sink in self._sinks.items()}
-        whole = min(record.num_samples() for record in logs.values())
-        log = {"t": next(iter(logs.values())).sample_times()[:whole].copy()}
+        record = self._sink.FindLog(context)
+        log = {"t": record.sample_times().copy()}
+        ends = list(accumulate(port.size() for port in self._ports))
         for key, (port, part) in self._keys.items():
-            log[key] = logs[port].data()[part, :whole].T.copy()
+            k = self._ports.index(port)
+            rows = record.data()[ends[k] - port.size() : ends[k]]
+            log[key] = rows[part].T.copy()
         return {**log, **self._constants}
