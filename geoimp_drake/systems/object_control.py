@@ -204,7 +204,8 @@ class ObjectControl(LeafSystem):
 
     def _mutual_pose(self, context: Context) -> Array:
         """Returns ¹Q_21 and ᵒΔp_21 (7) of the grasp."""
-        held: Array = context.get_discrete_state(self._pose).value()
+        # A copy: the law is compiled once more for an array that cannot be written to.
+        held: Array = context.get_discrete_state(self._pose).CopyToVector()
         if held.any():
             return held
         if self._prescribed is not None:
