@@ -6,13 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from arms import POSTURES, make_arm_plant
+from arms import POSTURES, ArmPlant, make_arm_plant
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    ModelInstanceIndex,
+    RevoluteJoint,
+    SpatialInertia,
+)
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, System
-from rigs import ControlledArm, make_controlled_arm, quick_config
+from rigs import ControlledArm, arm_state_at, make_controlled_arm, quick_config
 
 from geoimp_drake.compiled import SWITCH, is_available
 from geoimp_drake.config import ImpedanceControllerConfig, RedundancyConfig
@@ -158,9 +164,13 @@ class Fed:
         return self.system.GetOutputPort(port).Eval(self.context).copy()
 
 
+def arm_of(rig: ArmPlant) -> tuple[MultibodyPlant, ModelInstanceIndex, Frame]:
+    return rig.plant, rig.arm, rig.E
+
+
 def fed(case: Case, *, fused: bool = True) -> Fed:
     rig = make_arm_plant(joints=case.joints, **case.options)
-    model = ControlModel.of_arm(rig.plant, rig.arm, rig.E)
+    model = ControlModel.of_arm(*arm_of(rig))
     v = 0.1 * np.arange(1.0, case.joints + 1)
     return Fed.of(model, case, fused=fused).give_all(np.append(rig.posture, v))
 
@@ -221,6 +231,39 @@ def test_initialization_forgets_readings_and_start_posture(name: str) -> None:
     for time in (0.021, 0.022, 0.05):
         advance(arms, time)
         assert_the_same(*arms)
+
+
+@pytest.mark.parametrize("fused", [True, False])
+@pytest.mark.parametrize("velocity", ["measured", "differenced"])
+def test_readings_are_sampled_and_held(velocity: str, fused: bool) -> None:
+    loop = fed(Case(6, velocity), fused=fused)
+    q, v = loop.system.GetInputPort("estimated_state").Eval(loop.context).reshape(2, -1).copy()
+    seen = []
+    for step in range(4):
+        # At 0.0, 1.0, 2.0 … ms a reading is taken; what is given in between is not seen.
+        loop.give("estimated_state", np.append(q + step * 1e-3, v))
+        loop.simulator.AdvanceTo((step + 0.4) * 1e-3)
+        seen.append(loop.read("measured_motion"))
+        loop.give("estimated_state", np.append(q + 0.5, v - 3.0))
+        loop.simulator.AdvanceTo((step + 0.6) * 1e-3)
+        np.testing.assert_array_equal(loop.read("measured_motion"), seen[-1])
+    model = ControlModel.of_arm(*arm_of(make_arm_plant()))
+    for step, motion in enumerate(seen):
+        # The first reading knows no difference.
+        differenced = velocity == "differenced" and step
+        arm = arm_state_at(model, q + step * 1e-3, np.ones(6) if differenced else v)
+        np.testing.assert_allclose(motion[4:13], [*arm.p_WE, *arm.V_WE], atol=SAME)
+
+
+def test_time_alone_moves_the_target() -> None:
+    loops = [fed(CASES["target"], fused=fused) for fused in (True, False)]
+    before = ports(loops[0].system, loops[0].context)
+    for loop in loops:
+        loop.context.SetTime(0.02)
+    after, expected = (ports(loop.system, loop.context) for loop in loops)
+    assert largest_difference(after, expected) < SAME
+    assert after["task_value"] > before["task_value"] + 1e-4
+    assert np.abs(after["actuation"] - before["actuation"]).max() > 1e-3
 
 
 def test_target_starts_anew_where_the_arm_is_then() -> None:
