@@ -288,6 +288,22 @@ def test_alone_it_is_the_same(name: str) -> None:
     assert len(states[0]) == 26
 
 
+def test_a_stiffness_that_changes_on_the_way_is_followed() -> None:
+    rigs = [
+        fed(
+            Case(), fused=fused, stiffness_scale=lambda t: np.array([1.0 + 90.0 * t, 1.0 - 9.0 * t])
+        )
+        for fused in (True, False)
+    ]
+    energies = []
+    for rig in rigs:
+        rig.advance(0.05)
+        energies.append({port: rig.read(port) for port in ("compliant_motion", "energy")})
+    constant = fed(Case()).advance(0.05)
+    assert largest_difference(*energies) < SAME
+    assert np.abs(constant.read("compliant_motion") - energies[0]["compliant_motion"]).max() > 1e-4
+
+
 def breaking(good: Signal | np.ndarray, index: int, bad: float) -> Signal:
     """Returns a signal that breaks down after 5 ms."""
 
