@@ -33,9 +33,11 @@ ALLOWED = {
     # Set-points alone: what follows them is a system.
     "motion_program": FOUNDATIONS | {"rotations", "control_model", "motion_program"},
     "config": SYSTEMS,
-    "controllers": SYSTEMS | {"config"},
+    "inner_loop": SYSTEMS | {"config"},
+    "controllers": SYSTEMS | {"config", "inner_loop"},
     "cooperative_config": SYSTEMS | {"config"},
-    "cooperative_controller": SYSTEMS | {"config", "cooperative_config"},
+    "object_loop": SYSTEMS | {"cooperative_config"},
+    "cooperative_controller": SYSTEMS | {"cooperative_config", "inner_loop", "object_loop"},
     "robot_files": SYSTEMS | {"robot_files"},
     "log_data": SYSTEMS | {"scenario"},
     "__init__": ASSEMBLY | {"robot_files", "log_data"},

@@ -24,6 +24,7 @@ from geoimp_drake.laws.arm_torque import (
     measured_motion,
     redundant_arm_torque,
 )
+from geoimp_drake.laws.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.laws.inverse_dynamics import peak_effort
 from geoimp_drake.laws.joint_reading import next_reading
 from geoimp_drake.laws.resolved_acceleration import check_regular
@@ -138,15 +139,17 @@ class ArmControl(LeafSystem):
             "measured_motion", frame_motion_vector(), self._calc_measured_motion, reading
         )
         self.DeclareStateOutputPort("peak_effort", self._peak)
+        # Of six joints it says how near a singularity is, where there may be no torque.
+        tickets = law if self._is_redundant else reading
         self._reported = self.DeclareCacheEntry(
             "internal motion",
             ValueProducer(lambda: AbstractValue.Make(object()), self._calc_report),
-            law,
+            tickets,
         )
         for k, (name, size) in enumerate(
             (("smallest_singular_value", 1), ("null_space_error", n), ("task_value", 1))
         ):
-            self.DeclareVectorOutputPort(name, size, self._part_of_report(k), law)
+            self.DeclareVectorOutputPort(name, size, self._part_of_report(k), tickets)
 
     def _ticket(self, port: InputPort) -> DependencyTicket:
         return self.input_port_ticket(port.get_index())
@@ -241,12 +244,14 @@ class ArmControl(LeafSystem):
         return ArmState(x[:n], x[n:], *self._quantities(x[:n], x[n:], *self._chain))
 
     def _calc_report(self, context: Context, value: AbstractValue) -> None:
-        u = np.empty_like(self._none)
-        report, w = self._evaluate(context, u)
-        if not self._is_redundant:
-            J = self._arm(self._reading(context)).Jv_V_WE
-            report = np.append(np.linalg.svd(J, compute_uv=False)[-1], self._none)
-        value.set_value((report[:1], report[1:], np.array([w])))
+        if self._is_redundant:
+            report, w = self._evaluate(context, np.empty_like(self._none))
+            value.set_value((report[:1], report[1:], np.array([w])))
+        else:
+            reading = self._reading(context)[: 2 * TASK_DIMENSION]
+            self._check_reading(reading)
+            sigma = smallest_singular_value(self._arm(reading).Jv_V_WE)
+            value.set_value((np.array([sigma]), self._none, np.zeros(1)))
 
     def _part_of_report(self, k: int) -> Callable[[Context, BasicVector], None]:
         def calc(context: Context, output: BasicVector) -> None:

@@ -123,7 +123,12 @@ def add_arm(plant: MultibodyPlant, joints: int = 6, name: str = "arm", X_WB=X_WB
 
 
 def make_arm_plant(
-    plant: MultibodyPlant | None = None, joints: int = 6, *, company: bool = False, **options
+    plant: MultibodyPlant | None = None,
+    joints: int = 6,
+    *,
+    company: bool = False,
+    gravity: bool = True,
+    **options,
 ) -> ArmPlant:
     """Puts an arm with a tool of another instance on its wrist into a plant, and finalizes it.
 
@@ -131,6 +136,7 @@ def make_arm_plant(
         plant: where; a discrete one at 1 ms by default.
         joints: six or seven.
         company: also a free body, another arm, and fingers with joints on the tool.
+        gravity: whether the arm and what it carries have weight.
         options: of `add_arm`.
     """
     plant = plant or MultibodyPlant(1e-3)
@@ -141,6 +147,8 @@ def make_arm_plant(
     wrist, E = add_tool(plant, hand)
     if company:
         _add_fingers(plant, E)
+    for name in () if gravity else ("arm", "tool", *(["gripper"] if company else [])):
+        plant.set_gravity_enabled(plant.GetModelInstanceByName(name), False)
     plant.Finalize()
     plant.SetDefaultPositions(arm, POSTURES[joints])
     return ArmPlant(plant, arm, wrist, E, POSTURES[joints])

@@ -15,6 +15,8 @@ from pydrake.multibody.tree import (
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ModelError
+from geoimp_drake.laws.arm_torque import arm_quantities, measured_motion
+from geoimp_drake.systems.arm_chain import chain_arrays
 from geoimp_drake.systems.arm_model import ArmState, evaluate_arm
 
 KINDS = {
@@ -76,6 +78,28 @@ def test_kinematics_and_dynamics_are_those_of_the_users_plant(kind: str) -> None
         for name in ArmState.__slots__:
             value, expected = getattr(ours, name), getattr(theirs, name)
             np.testing.assert_allclose(value, expected, rtol=0, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("gravity", [True, False], ids=["weight", "no weight"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_arrays_of_the_model_are_the_same_arm(kind: str, gravity: bool) -> None:
+    """What `ArmControl` computes is what `ArmModel` does."""
+    rig = make_arm_plant(**KINDS[kind], gravity=gravity)
+    model = ControlModel.of_arm(rig.plant, rig.arm, rig.E)
+    chain, n = chain_arrays(model), rig.num_joints
+    for seed in range(5):
+        drakes, _ = both_sides(rig, seed)
+        ours = ArmState(drakes.q, drakes.v, *arm_quantities(drakes.q, drakes.v, *chain))
+        for name in ArmState.__slots__:
+            value, expected = getattr(ours, name), getattr(drakes, name)
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(value, expected, rtol=0, atol=1e-12 * scale, err_msg=name)
+        assert bool(drakes.g.any()) == gravity
+        reading, motion = np.empty(2 * n), np.empty(19)
+        reading[model.state_order] = np.concatenate((drakes.q, drakes.v))
+        assert measured_motion(model.state_order, reading, motion, *chain)
+        expected = np.concatenate((drakes.Q_WE, drakes.p_WE, drakes.V_WE, np.zeros(6)))
+        np.testing.assert_allclose(motion, expected, rtol=0, atol=1e-12)
 
 
 def test_model_holds_one_body_a_joint_whatever_else_the_plant_contains() -> None:

@@ -231,16 +231,21 @@ def test_opened_grasp_brings_both_hands_to_rest(caplog) -> None:
 def test_parts_that_are_switched_off_are_not_there(parallel: ArmPair) -> None:
     config = CooperativeControllerConfig()
     config.monitor.enabled = config.internal.enabled = False
+    config.fused = False
     controller = parallel.controller(config)
     assert not controller.HasOutputPort("opened")
-    assert not controller.HasSubsystemNamed("internal_impedance")
-    assert parallel.controller().HasSubsystemNamed("internal_impedance")
+    blocks = controller.GetSubsystemByName("object")
+    assert not blocks.HasSubsystemNamed("internal_impedance")
+    config.monitor.enabled = config.internal.enabled = True
+    controller = parallel.controller(config)
+    assert controller.HasOutputPort("opened")
+    assert controller.GetSubsystemByName("object").HasSubsystemNamed("internal_impedance")
 
 
 def test_spare_joint_comes_to_rest_by_default(parallel: ArmPair) -> None:
-    arm = parallel.controller().GetSubsystemByName("arm_1")
+    config = CooperativeControllerConfig(fused=False)
+    arm = parallel.controller(config).GetSubsystemByName("arm_1")
     assert isinstance(arm.GetSubsystemByName("redundancy"), RedundancyResolver)
-    config = CooperativeControllerConfig()
     assert config.redundancy_1.k_beta == 0.0
     config.redundancy_1.K_n = np.eye(6)
     with pytest.raises(ConfigurationError, match="redundancy"):

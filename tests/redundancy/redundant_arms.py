@@ -27,18 +27,28 @@ AXES = {
 
 def generated_arm(joints: int, seed: int = 0) -> ControlModel:
     """Returns an arm with offsets everywhere; with more than six joints the first one slides."""
-    rng = np.random.default_rng([joints, seed])
+    axes = [np.eye(3)["xyz".index(name)] for name in AXES[joints]]
+    return arm_with(axes, {0} if joints > 6 else set(), seed)
+
+
+def skewed_arm(joints: int = 8) -> ControlModel:
+    """Returns the same with axes in any direction, and joints in the middle that slide."""
+    axes = np.random.default_rng(joints).standard_normal((joints, 3))
+    return arm_with(list(axes / np.linalg.norm(axes, axis=1, keepdims=True)), {2, 5}, 0)
+
+
+def arm_with(axes: list[np.ndarray], sliding: set[int], seed: int) -> ControlModel:
+    rng = np.random.default_rng([len(axes), seed])
     plant = MultibodyPlant(1e-3)
     arm = plant.AddModelInstance("arm")
     frame = plant.world_frame()
-    for k, name in enumerate(AXES[joints]):
+    for k, axis in enumerate(axes):
         mass = 12.0 * 0.7**k + 0.5
         inertia = SpatialInertia.SolidBoxWithMass(mass, 0.1, 0.15, 0.3).Shift([0.02, -0.01, -0.1])
         body = plant.AddRigidBody(f"link{k + 1}", arm, inertia)
         X = RigidTransform(RollPitchYaw(*rng.uniform(-0.3, 0.3, 3)), rng.uniform(0.05, 0.35, 3))
         place = plant.AddFrame(FixedOffsetFrame(f"place{k + 1}", frame, X, arm))
-        kind = PrismaticJoint if k == 0 and joints > 6 else RevoluteJoint
-        axis = np.eye(3)["xyz".index(name)]
+        kind = PrismaticJoint if k in sliding else RevoluteJoint
         joint = kind(f"joint{k + 1}", place, body.body_frame(), axis, -2.0, 2.0, 0.3 * k)
         motor = plant.AddJointActuator(f"motor{k + 1}", plant.AddJoint(joint), 500.0)
         # Geared motors: 0.36 kg m² at the joint, so that K_n of some Nms/rad is not stiff.

@@ -38,11 +38,11 @@ class Loop:
         context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
         return self.plant.GetFrameByName(END_EFFECTOR).CalcPoseInWorld(context)
 
-    def resolver(self, port: str) -> np.ndarray:
+    def internal(self, port: str) -> np.ndarray:
+        """Returns what the controller says of the internal motion."""
         controller = self.simulator.get_system().GetSubsystemByName("seven_impedance_controller")
-        resolver = controller.GetSubsystemByName("redundancy")
-        context = resolver.GetMyContextFromRoot(self.simulator.get_context())
-        return resolver.GetOutputPort(port).Eval(context).copy()
+        context = controller.GetMyContextFromRoot(self.simulator.get_context())
+        return controller.GetOutputPort(port).Eval(context).copy()
 
     def sample(self, duration: float, period: float, read: Callable[[], object]) -> np.ndarray:
         """Returns what `read` gives now and after every period."""

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue
+from autodiff_arm import AutoDiffArm, derivative
+from pydrake.autodiffutils import AutoDiffXd, ExtractValue
 from pydrake.math import inv
-from pydrake.multibody.tree import JacobianWrtVariable
 from redundant_arms import arm_at, generated_arm, random_states, track_arm
 
-from geoimp_drake.control_model import ControlModel
 from geoimp_drake.laws.geometric_jacobian import jacobian_adjoint, jacobian_rate
 from geoimp_drake.laws.null_space_acceleration import coriolis_product
 from geoimp_drake.laws.pseudo_inverse import (
@@ -24,35 +23,6 @@ MODELS = {
     "track": track_arm(),
 }
 every_arm = pytest.mark.parametrize("name", MODELS)
-
-
-class AutoDiffArm:
-    """J and B of an arm with their derivatives with respect to q."""
-
-    def __init__(self, model: ControlModel, frame: str = ""):
-        self.plant = model.plant.ToAutoDiffXd()
-        self.context = self.plant.CreateDefaultContext()
-        self.E = (
-            self.plant.GetBodyByName(frame).body_frame()
-            if frame
-            else self.plant.get_frame(model.end_effector.index())
-        )
-
-    def along(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns J and B with one derivative, along v."""
-        self.plant.SetPositions(
-            self.context, np.array([AutoDiffXd(a, [b]) for a, b in zip(q, v, strict=True)])
-        )
-        W = self.plant.world_frame()
-        J = self.plant.CalcJacobianSpatialVelocity(
-            self.context, JacobianWrtVariable.kV, self.E, np.zeros(3), W, W
-        )
-        return J, self.plant.CalcMassMatrix(self.context)
-
-
-def derivative(a: np.ndarray) -> np.ndarray:
-    gradient = ExtractGradient(a.reshape(-1, 1))
-    return gradient.reshape(a.shape) if gradient.size else np.zeros(a.shape)
 
 
 def halves(state: np.ndarray) -> np.ndarray:
@@ -135,9 +105,7 @@ def test_coriolis_product_is_that_of_the_christoffel_matrix(name: str) -> None:
     n = model.num_joints
     state = random_states(model, 1)[0]
     (q, v), e = halves(state), np.random.default_rng(2).standard_normal(n)
-    # ∂B/∂q_k, and C_ij = ½ Σ_k (∂_k B_ij + ∂_j B_ik − ∂_i B_jk) q̇_k.
-    dB = np.stack([derivative(autodiff.along(q, unit)[1]) for unit in np.eye(n)], axis=-1)
-    C = 0.5 * ((dB + dB.transpose(0, 2, 1) - dB.transpose(2, 0, 1)) @ v)
+    C = autodiff.christoffel_matrix(q, v)
     model.plant.SetPositions(scratch, q)
 
     def c(velocity: np.ndarray) -> np.ndarray:

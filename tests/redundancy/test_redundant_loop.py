@@ -111,7 +111,7 @@ def test_elbow_reaches_its_target_in_time_and_the_hand_stays() -> None:
     assert rows[0, 0] == pytest.approx(0.702)
     assert abs(rows[-1, 0] - 1.1) < 0.01
     assert hand < 1e-4
-    assert loop.resolver("task_value")[0] < 1e-4
+    assert loop.internal("task_value")[0] < 1e-4
 
 
 def test_elbow_stays_without_the_gain() -> None:
@@ -129,7 +129,7 @@ def test_error_energy_decays_at_its_rate_in_closed_loop() -> None:
     )
 
     def energy_and_power() -> tuple[float, float]:
-        e_n = loop.resolver("null_space_error")
+        e_n = loop.internal("null_space_error")
         return 0.5 * e_n @ arm_at(TRACK, loop.state()).B @ e_n, -K_n * e_n @ e_n
 
     V, power = loop.sample(0.4, 0.01, energy_and_power).T

@@ -146,7 +146,9 @@ def test_manipulability_at_a_singularity_has_a_named_error() -> None:
     J = now.arm.Jv_V_WE.copy()
     J[5] = 0.0
     with pytest.raises(SingularityError, match=r"manipulability is zero"):
-        Manipulability().evaluate(replace(now, arm=replace(now.arm, Jv_V_WE=J)))
+        Manipulability().evaluate(
+            replace(now, evaluate_arm=lambda: replace(now.arm, Jv_V_WE=J)),
+        )
 
 
 def wrong_gradient(t: float, q: np.ndarray) -> np.ndarray:

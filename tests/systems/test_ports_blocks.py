@@ -18,6 +18,7 @@ from pydrake.systems.framework import LeafSystem, PortDataType, System
 from pydrake.trajectories import PiecewisePolynomial
 
 import geoimp_drake
+from geoimp_drake.config import MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
 from geoimp_drake.cooperative_controller import make_cooperative_controller
@@ -25,6 +26,7 @@ from geoimp_drake.diagrams.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.models import package_map
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
+from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
@@ -46,6 +48,7 @@ from geoimp_drake.systems.industrial_controller import (
 from geoimp_drake.systems.internal_impedance import InternalImpedance, InternalImpedanceConfig
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.motion_controller import MotionController
+from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.systems.velocity_estimator import VelocityEstimator
@@ -78,8 +81,20 @@ def industrial_controller() -> IndustrialController:
     return make_industrial_controller(*six_joint_plant(), PiecewisePolynomial(np.zeros(6)))
 
 
+def arm_control() -> ArmControl:
+    model = six_joint_model()
+    parts = SamplingConfig().make(6), MotionConfig().make(), RedundancyConfig().make(model)
+    return ArmControl(model, *parts)
+
+
+def object_control() -> ObjectControl:
+    blocks = CooperativeKinematics(), make_impedance(), CooperativeReferenceGenerator()
+    return ObjectControl(*blocks, None, removes_inertial_load=False)
+
+
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
+    ArmControl: (arm_control, 6),
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
@@ -93,6 +108,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     InternalImpedance: (lambda: InternalImpedanceConfig().make(), 0),
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
+    ObjectControl: (object_control, 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     VelocityEstimator: (lambda: VelocityEstimator(9), 9),
