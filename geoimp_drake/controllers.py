@@ -32,6 +32,9 @@ def make_impedance_controller(
     estimated_state ─▶ joint_readings ─▶ arm_model
     ```
 
+    All but the impedance is one system, `ArmControl`, unless `config.fused` is off: the same laws
+    with fewer calls into Python.
+
     The controller makes its own model of the arm and of all that is welded to it; the joints of
     other model instances that hang on the arm (a gripper's fingers) count as locked in their
     default positions. The plant's own friction model is viscous; forces from elements other than

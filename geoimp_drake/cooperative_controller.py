@@ -42,6 +42,10 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
+    Each arm is one system, `ArmControl`, and so is the object's part from `kinematics` to
+    `references`, `ObjectControl`, unless `config.fused` is off: the same laws with fewer calls into
+    Python.
+
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
     in (2.3), the load that it carries included; the object's weight and inertial load are removed
     from the impedance's wrench alone. The object's frame O (4.1), (4.4) is halfway between the
