@@ -83,7 +83,7 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
 
 @compilable
 def chain_motion(s: Array, v: Array, p_WE: Array) -> tuple[Array, Array, Array]:
-    """Returns the Jacobian J (6, n) of E, its velocity J q̇ and its bias acceleration J̇ q̇ (6,).
+    """Returns the Jacobian J (6, n) of E, its velocity (2.1) J q̇ and its bias J̇ q̇ (6,).
 
     Args:
         s: of `chain_posture` (n, 6).

@@ -11,7 +11,7 @@ import numpy as np
 from geoimp_drake.compiled import compilable, compilable_as
 from geoimp_drake.typing import Array
 
-__all__ = ["composed", "matrix", "rows", "turned", "wxyz", "xyz"]
+__all__ = ["Row", "composed", "matrix", "rows", "turned", "wxyz", "xyz"]
 
 
 Row = tuple[Any, Any, Any]

@@ -227,7 +227,7 @@ class ObjectControl(LeafSystem):
         state = context.get_continuous_state_vector().CopyToVector()
         if not state.any():
             state = self._start_state(hands, pose)
-        found = _Found(np.empty((6, 19)), np.empty((3, 6)), np.empty(2 * FRAME_STATE_SIZE))
+        found = _Found(np.zeros((6, 19)), np.empty((3, 6)), np.empty(2 * FRAME_STATE_SIZE))
         reference = self._at_rest
         if self._removes_inertial_load:
             reference = context.get_discrete_state(self._last).value()
