@@ -11,6 +11,19 @@ from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_impedance_controller"]
 
+_OUTPUTS = (
+    "actuation",
+    "compliant_motion",
+    "measured_motion",
+    "displacement",
+    "energy",
+    "peak_effort",
+    "last_compliant_motion",
+    "smallest_singular_value",
+    "null_space_error",
+    "task_value",
+)
+
 
 def make_impedance_controller(
     plant: MultibodyPlant,
@@ -75,33 +88,6 @@ def make_impedance_controller(
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
 
     builder = DiagramBuilder()
-    _add_blocks(builder, model, config, task_function)
-    diagram = builder.Build()
-    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
-    return diagram
-
-
-_OUTPUTS = (
-    "actuation",
-    "compliant_motion",
-    "measured_motion",
-    "displacement",
-    "energy",
-    "peak_effort",
-    "last_compliant_motion",
-    "smallest_singular_value",
-    "null_space_error",
-    "task_value",
-)
-
-
-def _add_blocks(
-    builder: DiagramBuilder,
-    model: ControlModel,
-    config: ImpedanceControllerConfig,
-    task_function: TaskFunction | None,
-) -> None:
-    """Adds impedance and inner loop, and exports their ports."""
     impedance = builder.AddNamedSystem("impedance", config.impedance.make())
     arm = builder.AddNamedSystem(
         "arm",
@@ -129,3 +115,6 @@ def _add_blocks(
     for port in _OUTPUTS:
         system = impedance if impedance.HasOutputPort(port) else arm
         builder.ExportOutput(system.GetOutputPort(port), port)
+    diagram = builder.Build()
+    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
+    return diagram

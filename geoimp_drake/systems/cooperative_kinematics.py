@@ -1,17 +1,12 @@
 """What two hands tell about the object that they hold: its motion, its wrench and the squeeze."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
-    BasicVector,
-    CacheEntry,
     Context,
-    InputPort,
     LeafSystem,
-    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
@@ -19,6 +14,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.half_rotation import check_half_defined
 from geoimp_drake.laws.held_object import held_object_motion, held_object_wrenches
 from geoimp_drake.laws.motion_vector import is_frame_motion
+from geoimp_drake.systems.declaring import declare_cache, declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     QUATERNION,
@@ -135,35 +131,20 @@ class CooperativeKinematics(LeafSystem):
         self._motion_law = compiled(held_object_motion)
         self._wrench_law = compiled(held_object_wrenches)
         self._is_motion = compiled(is_frame_motion)
-        poses = self._tickets(*motions, self._nearby)
-        both = poses | self._tickets(*wrenches, self._reference)
-        self._found_motions = self._cache("motions", self._calc_motions, poses)
-        self._found_wrenches = self._cache("wrenches", self._calc_wrenches, both)
-        self._declare("object_motion", 19, lambda c: self._found_motions.Eval(c)[0], poses)
-        self._declare("object_wrench", 6, lambda c: self._found_wrenches.Eval(c)[0], both)
-        self._declare("internal_wrench", 6, lambda c: self._found_wrenches.Eval(c)[1], both)
-        self._declare("mutual_motion", 19, lambda c: self._found_motions.Eval(c)[1], poses)
-        self._declare("mutual_wrench", 6, lambda c: self._found_wrenches.Eval(c)[2], both)
+        poses = tickets_of(self, *motions, self._nearby)
+        both = poses | tickets_of(self, *wrenches, self._reference)
+        self._found_motions = declare_cache(self, "motions", self._calc_motions, poses)
+        self._found_wrenches = declare_cache(self, "wrenches", self._calc_wrenches, both)
+        declare_output(self, "object_motion", 19, lambda c: self._found_motions.Eval(c)[0], poses)
+        declare_output(self, "object_wrench", 6, lambda c: self._found_wrenches.Eval(c)[0], both)
+        declare_output(self, "internal_wrench", 6, lambda c: self._found_wrenches.Eval(c)[1], both)
+        declare_output(self, "mutual_motion", 19, lambda c: self._found_motions.Eval(c)[1], poses)
+        declare_output(self, "mutual_wrench", 6, lambda c: self._found_wrenches.Eval(c)[2], both)
 
     @property
     def load_arguments(self) -> tuple[bool, float, Array, Array, Array]:
         """Whether (4.6) is taken as printed; the object's mass, p_OG and I about G in O; g in W."""
         return self._printed, *self._inertia, self._gravity
-
-    def _tickets(self, *ports: InputPort) -> set:
-        return {self.input_port_ticket(port.get_index()) for port in ports}
-
-    def _cache(
-        self, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set
-    ) -> CacheEntry:
-        producer = ValueProducer(lambda: AbstractValue.Make(object()), calc)
-        return self.DeclareCacheEntry(name, producer, tickets)
-
-    def _declare(self, name: str, size: int, law: Callable[[Context], Array], tickets: set) -> None:
-        model = frame_motion_vector() if size == FRAME_MOTION_SIZE else BasicVector(size)
-        self.DeclareVectorOutputPort(
-            name, model, lambda context, output: output.SetFromVector(law(context)), tickets
-        )
 
     def _calc_motions(self, context: Context, value: AbstractValue) -> None:
         first, second = (port.Eval(context) for port in self._motions)

@@ -7,15 +7,10 @@ from functools import partial
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
-    BasicVector,
-    CacheEntry,
     Context,
     ContinuousState,
-    DependencyTicket,
-    InputPort,
     LeafSystem,
     State,
-    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
@@ -35,6 +30,7 @@ from geoimp_drake.systems.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
     measured_mutual_pose,
 )
+from geoimp_drake.systems.declaring import declare_cache, declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
@@ -148,39 +144,24 @@ class ObjectControl(LeafSystem):
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
 
     def _declare_outputs(self) -> None:
-        inputs = {self._ticket(self._desired), self._ticket(self._scale)}
-        hands = {self._ticket(port) for port in self._hands}
+        inputs = tickets_of(self, self._desired, self._scale)
+        hands = tickets_of(self, *self._hands)
         grasp = hands | {self.discrete_state_ticket(self._pose)}
-        law = inputs | grasp | {self._ticket(port) for port in self._wrenches}
+        law = inputs | grasp | tickets_of(self, *self._wrenches)
         law |= {self.xc_ticket(), self.discrete_state_ticket(self._last)}
         # They change when the scale does, not with every step.
-        self._gains = self._cache("gains", self._calc_gains, {self._ticket(self._scale)})
-        self._found = self._cache("object", self._calc_found, law)
-        self._declare("compliant_motion", 19, lambda c: self._motions(c)[COMPLIANT], law)
-        self._declare("displacement", 6, self._displacement, law)
-        self._declare("energy", len(ImpedanceEnergy.get_fields()), self._energy, law)
-        self._declare("object_motion", 19, lambda c: self._motions(c)[OBJECT], law)
-        self._declare("object_wrench", 6, lambda c: self._found.Eval(c).wrenches[0], law)
-        self._declare("internal_wrench", 6, lambda c: self._found.Eval(c).wrenches[1], law)
-        self._declare("mutual_motion", 19, lambda c: self._motions(c)[MEASURED_MUTUAL], law)
-        self._declare("mutual_reference", 19, self._mutual_reference, grasp)
+        self._gains = declare_cache(self, "gains", self._calc_gains, tickets_of(self, self._scale))
+        self._found = declare_cache(self, "object", self._calc_found, law)
+        declare_output(self, "compliant_motion", 19, lambda c: self._motions(c)[COMPLIANT], law)
+        declare_output(self, "displacement", 6, self._displacement, law)
+        declare_output(self, "energy", len(ImpedanceEnergy.get_fields()), self._energy, law)
+        declare_output(self, "object_motion", 19, lambda c: self._motions(c)[OBJECT], law)
+        declare_output(self, "object_wrench", 6, lambda c: self._found.Eval(c).wrenches[0], law)
+        declare_output(self, "internal_wrench", 6, lambda c: self._found.Eval(c).wrenches[1], law)
+        declare_output(self, "mutual_motion", 19, lambda c: self._motions(c)[MEASURED_MUTUAL], law)
+        declare_output(self, "mutual_reference", 19, self._mutual_reference, grasp)
         for k in range(2):
-            self._declare(f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
-
-    def _ticket(self, port: InputPort) -> DependencyTicket:
-        return self.input_port_ticket(port.get_index())
-
-    def _cache(
-        self, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set
-    ) -> CacheEntry:
-        producer = ValueProducer(lambda: AbstractValue.Make(object()), calc)
-        return self.DeclareCacheEntry(name, producer, tickets)
-
-    def _declare(self, name: str, size: int, law: Callable[[Context], Array], tickets: set) -> None:
-        model = frame_motion_vector() if size == FRAME_MOTION_SIZE else BasicVector(size)
-        self.DeclareVectorOutputPort(
-            name, model, lambda context, output: output.SetFromVector(law(context)), tickets
-        )
+            declare_output(self, f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
 
     def _stop(self, context: Context, state: State) -> None:
         """Forgets C and the grasp. They start with the first step, after the joints' readings."""
