@@ -13,11 +13,21 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
+from geoimp_drake.allocator import restart_with_larger_caches
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 
-__all__ = ["main"]
+__all__ = ["main", "program"]
 
 SUCCESS, FAILURE, UNUSABLE = 0, 1, 2
+
+_SIMULATING = {"run", "compare", "sweep", "reproduce", "bench"}
+
+
+def program() -> int:
+    """Runs the command line as a program; what simulates gets larger caches of memory."""
+    if _SIMULATING.intersection(sys.argv[1:2]):
+        restart_with_larger_caches()
+    return main()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

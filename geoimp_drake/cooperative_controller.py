@@ -4,14 +4,13 @@ from collections.abc import Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.inner_loop import make_inner_loop
 from geoimp_drake.object_loop import OBJECT_PORTS, make_object_loop
-from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_cooperative_controller"]
@@ -109,12 +108,11 @@ def make_cooperative_controller(
             arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
         )
     _export_inputs(builder, arms, held)
-    for port in OBJECT_PORTS:
+    watch_ports = ("opened", "release") if config.monitor.enabled else ()
+    for port in (*OBJECT_PORTS, *watch_ports):
         builder.ExportOutput(held.GetOutputPort(port), port)
-    motions = [held.GetOutputPort(f"reference_motion_{k}") for k in (1, 2)]
-    if config.monitor.enabled:
-        motions = _add_monitor(builder, config, motions)
-    for k, (arm, motion) in enumerate(zip(arms, motions, strict=True), 1):
+    for k, arm in enumerate(arms, 1):
+        motion = held.GetOutputPort(f"reference_motion_{k}")
         # The inner loops track the references in the place of D.
         builder.Connect(motion, arm.GetInputPort("reference_motion"))
         builder.ExportOutput(motion, f"reference_motion_{k}")
@@ -179,19 +177,3 @@ def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System
     for k, arm in enumerate(arms, 1):
         builder.ExportInput(held.GetInputPort(f"wrench_{k}"), f"wrench_{k}")
         builder.ConnectInput(f"wrench_{k}", arm.GetInputPort("wrench"))
-
-
-def _add_monitor(
-    builder: DiagramBuilder, config: CooperativeControllerConfig, motions: Sequence[OutputPort]
-) -> list[OutputPort]:
-    """Adds what watches the grasps and holds the hands; returns the motions to be tracked."""
-    period = config.sampling.period
-    monitor = builder.AddNamedSystem("grasp_monitor", config.monitor.make(period))
-    hold = builder.AddNamedSystem("hold", ReferenceHold(config.opened, period))
-    for k, motion in enumerate(motions, 1):
-        builder.ConnectInput(f"wrench_{k}", monitor.GetInputPort(f"wrench_{k}"))
-        builder.Connect(motion, hold.GetInputPort(f"reference_motion_{k}"))
-    builder.Connect(monitor.GetOutputPort("opened"), hold.GetInputPort("opened"))
-    builder.ExportOutput(monitor.GetOutputPort("opened"), "opened")
-    builder.ExportOutput(hold.GetOutputPort("release"), "release")
-    return [hold.GetOutputPort(f"held_motion_{k}") for k in (1, 2)]

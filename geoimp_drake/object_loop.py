@@ -1,14 +1,18 @@
 """The object's part of tight cooperation, from hands to their references: blocks, or one system."""
 
-from pydrake.systems.framework import DiagramBuilder, System
+from collections.abc import Sequence
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.compiled import is_available
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
+from geoimp_drake.systems.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.internal_impedance import InternalImpedance
 from geoimp_drake.systems.object_control import ObjectControl
+from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.typing import Array
 
 __all__ = ["OBJECT_PORTS", "make_object_loop"]
@@ -30,11 +34,13 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
     """Returns the object's part: an `ObjectControl`, or a Diagram with the same ports.
 
     ```
-    desired_motion ─────────────────▶ impedance ──C──▶ references ─▶ reference_motion_1, _2
-                         object ▲ wrench ▲ motion       ▲ mutual
-    wrench_1, _2 ──────▶ kinematics ─────┘     internal_impedance
+    desired_motion ─────────────────▶ impedance ──C──▶ references ─▶ hold ─▶ reference_motion_1, _2
+                         object ▲ wrench ▲ motion       ▲ mutual      ▲ opened
+    wrench_1, _2 ──────▶ kinematics ─────┘     internal_impedance  grasp_monitor ◀─ wrench_1, _2
     measured_motion_1, _2 ─▶ ▲    └─ internal wrench ──▶┘
     ```
+
+    With the monitor switched off there are no outputs `opened` and `release`.
 
     Args:
         config: of the whole controller. With `fused` it is one system, if laws can be compiled
@@ -47,6 +53,10 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
     internal = None
     if config.internal.enabled:
         internal = config.internal.make("internal", config.sampling.period)
+    watch = None
+    if config.monitor.enabled:
+        period = config.sampling.period
+        watch = config.monitor.make(period), ReferenceHold(config.opened, period)
     removes_inertial_load = config.load.mass > 0 and config.load.inertial_load == "compliant"
     if config.fused and is_available() and config.impedance.orientation == "quaternion":
         return ObjectControl(
@@ -54,9 +64,10 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
             impedance,
             references,
             internal,
+            watch,
             removes_inertial_load=removes_inertial_load,
         )
-    return _separate(kinematics, impedance, references, internal, removes_inertial_load)
+    return _separate(kinematics, impedance, references, internal, watch, removes_inertial_load)
 
 
 def _separate(
@@ -64,6 +75,7 @@ def _separate(
     impedance: ImpedanceIntegrator,
     references: CooperativeReferenceGenerator,
     internal: InternalImpedance | None,
+    watch: tuple[GraspMonitor, ReferenceHold] | None,
     removes_inertial_load: bool,
 ) -> System:
     builder = DiagramBuilder()
@@ -101,7 +113,27 @@ def _separate(
         for port in ports:
             builder.ExportOutput(system.GetOutputPort(port), port)
     builder.ExportOutput(references.GetOutputPort("mutual_reference"), "mutual_reference")
-    for k in (1, 2):
-        port = f"reference_motion_{k}"
-        builder.ExportOutput(references.GetOutputPort(port), port)
+    motions = [references.GetOutputPort(f"reference_motion_{k}") for k in (1, 2)]
+    if watch is not None:
+        motions = _add_watch(builder, *watch, motions)
+    for k, motion in enumerate(motions, 1):
+        builder.ExportOutput(motion, f"reference_motion_{k}")
     return builder.Build()
+
+
+def _add_watch(
+    builder: DiagramBuilder,
+    monitor: GraspMonitor,
+    hold: ReferenceHold,
+    motions: Sequence[OutputPort],
+) -> list[OutputPort]:
+    """Adds what watches the grasps and holds the hands; returns the motions to be tracked."""
+    builder.AddNamedSystem("grasp_monitor", monitor)
+    builder.AddNamedSystem("hold", hold)
+    for k, motion in enumerate(motions, 1):
+        builder.ConnectInput(f"wrench_{k}", monitor.GetInputPort(f"wrench_{k}"))
+        builder.Connect(motion, hold.GetInputPort(f"reference_motion_{k}"))
+    builder.Connect(monitor.GetOutputPort("opened"), hold.GetInputPort("opened"))
+    builder.ExportOutput(monitor.GetOutputPort("opened"), "opened")
+    builder.ExportOutput(hold.GetOutputPort("release"), "release")
+    return [hold.GetOutputPort(f"held_motion_{k}") for k in (1, 2)]

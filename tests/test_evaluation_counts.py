@@ -114,7 +114,7 @@ def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
 @needs_numba
 def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
     calls = calls_per_step(monkeypatch, "bar")
-    assert calls.pop("ports") == 29
+    assert calls.pop("ports") == 26
     assert calls == BAR
 
 

@@ -47,7 +47,8 @@ ALLOWED = {
     "simulation": FOUNDATIONS | {"scenario", "simulation", "systems"},
     "models": FOUNDATIONS | {"models"},
     "diagrams": RUNNING,
-    "cli": RUNNING | {"__init__"},
+    "allocator": set(),
+    "cli": RUNNING | {"__init__", "allocator"},
 }
 WITHOUT_DRAKE = LAWS - {"compiled"}  # which is there to know numba
 

@@ -37,13 +37,16 @@ def has_diverged(state: Array) -> bool:
 
 
 @compilable
-def frame_state_rate(motion: Array) -> Array:
-    """The derivative of a frame's state (13,): Q̇ = ½ [−εᵀ; E(η, ε)] ω, ṗ = v, ω̇ and v̇."""
-    state_rate = np.empty(FRAME_STATE_SIZE)
+def frame_state_rate(motion: Array, state_rate: Array) -> None:
+    """Writes the derivative of a frame's state (13,): Q̇ = ½ [−εᵀ; E(η, ε)] ω, ṗ = v, ω̇ and v̇.
+
+    Args:
+        motion: of the frame (19,).
+        state_rate: where to write.
+    """
     state_rate[QUATERNION] = rate(motion[QUATERNION], motion[ANGULAR_VELOCITY])
     state_rate[POSITION] = motion[LINEAR_VELOCITY]
     state_rate[VELOCITY] = motion[ACCELERATION]
-    return state_rate
 
 
 @cache

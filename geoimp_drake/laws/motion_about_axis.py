@@ -42,8 +42,8 @@ def motion_about_axis(curve: Array, axis: Array, Q_start: Array) -> Array:
 
 
 @compilable
-def motion_from_rest(time: float, duration: float, start: Array, way: Array) -> Array:
-    """Returns the frame motion (19,) along a line and about an axis, from rest to rest.
+def motion_from_rest(time: float, duration: float, start: Array, way: Array, motion: Array) -> None:
+    """Writes the frame motion (19,) along a line and about an axis, from rest to rest.
 
     Displacement and angle follow the fifth-order polynomial of `smooth_step`. Floats only.
 
@@ -52,6 +52,7 @@ def motion_from_rest(time: float, duration: float, start: Array, way: Array) -> 
         duration: until the frame rests again [s].
         start: motion of the frame that rests at the start (19,).
         way: displacement, angle and the unit vector of the axis, zero for no turn, in W (7,).
+        motion: where to write.
     """
     s, s_dot, s_ddot = smooth_step(time, duration)
     curve = np.empty(12)
@@ -59,4 +60,4 @@ def motion_from_rest(time: float, duration: float, start: Array, way: Array) -> 
     curve[:3] += start[POSITION]
     curve[4:8] = s_dot * way[:4]
     curve[8:] = s_ddot * way[:4]
-    return motion_about_axis(curve, way[4:], start[QUATERNION])
+    motion[:] = motion_about_axis(curve, way[4:], start[QUATERNION])

@@ -21,6 +21,7 @@ __all__ = [
     "FRAME_STATE_SIZE",
     "LINEAR_ACCELERATION",
     "LINEAR_VELOCITY",
+    "POSE_SIZE",
     "POSITION",
     "QUATERNION",
     "VELOCITY",
@@ -30,6 +31,7 @@ __all__ = [
 
 FRAME_MOTION_SIZE = 19
 FRAME_STATE_SIZE = 13
+POSE_SIZE = 7
 QUATERNION = slice(0, 4)
 POSITION = slice(4, 7)
 ANGULAR_VELOCITY = slice(7, 10)

@@ -15,6 +15,7 @@ from geoimp_drake.laws.held_object import held_object_motion, held_object_wrench
 from geoimp_drake.laws.motion_vector import (
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
+    POSE_SIZE,
     QUATERNION,
     is_finite,
     is_frame_motion,
@@ -30,6 +31,16 @@ OBJECT, MEASURED_MUTUAL, COMPLIANT, MUTUAL, HANDS = 0, 1, 2, 3, slice(4, 6)
 
 
 _impedance = compilable(compliant_motion(angular_acceleration))
+
+
+@compilable
+def _at_rest(motions: Array) -> Array:
+    """Returns the state (26,) of C and of the mutual pose at rest, where O and the hands are."""
+    n = FRAME_STATE_SIZE
+    state = np.zeros(2 * n)
+    for k in range(2):
+        state[k * n : k * n + POSE_SIZE] = motions[k, :POSE_SIZE]
+    return state
 
 
 def object_control(
@@ -69,7 +80,8 @@ def object_control(
         h_1: wrench of the first hand (6,), about its own origin, in W.
         h_2: the same of the second (6,).
         desired: motion of D (19,).
-        state: of C and of the mutual pose, without accelerations (26,).
+        state: of C and of the mutual pose, without accelerations (26,); zeros for at rest on what
+            is measured.
         pose: ¹Q_21 and ᵒΔp_21 of the grasp (7,).
         reference: motion whose inertial load is removed (19,), zeros for the weight alone.
         motions: where to write the motions (6, 19).
@@ -111,6 +123,8 @@ def object_control(
         reference,
     )
     C, mutual = motions[COMPLIANT], motions[MUTUAL]
+    if not np.any(state):
+        state = _at_rest(motions[:2])
     if not _impedance(state[:n], desired, wrenches[0], translation, rotation, coupling, parts, C):
         return False
     mutual[:] = 0.0
@@ -134,6 +148,6 @@ def object_control(
         motions[HANDS] = moving_references(C, mutual)
     else:
         motions[HANDS] = rigid_references(C, pose)
-    rates[:n] = frame_state_rate(C)
-    rates[n:] = frame_state_rate(mutual)
+    frame_state_rate(C, rates[:n])
+    frame_state_rate(mutual, rates[n:])
     return True

@@ -16,9 +16,9 @@ from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
     DiscreteValues,
-    LeafSystem,
 )
 
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy
 from geoimp_drake.typing import Array
 
@@ -64,7 +64,7 @@ def add_live_controls(
         builder.Connect(button.get_output_port(), plant.get_applied_spatial_force_input_port())
 
 
-class StiffnessSliders(LeafSystem):
+class StiffnessSliders(Block):
     """Two sliders that scale K_p and K_o; the stiffness follows them without a jump.
 
     A factor s follows its slider u by ṡ = (u − s)/T, T = 0.3 s, so that the elastic wrench is
@@ -84,7 +84,7 @@ class StiffnessSliders(LeafSystem):
         super().__init__()
         self._meshcat = meshcat
         self._energy = self.DeclareVectorInputPort("energy", len(ImpedanceEnergy.get_fields()))
-        self._targets = self.DeclareDiscreteState(np.ones(2))
+        self._targets = self.declare_state(np.ones(2))
         self.DeclareContinuousState(BasicVector(np.ones(2)), 0, 0, 2)
         state = {self.xc_ticket()}
         self.DeclareVectorOutputPort("stiffness_scale", 2, self._calc_scale, state)
@@ -128,7 +128,7 @@ def _scale(context: Context) -> Array:
     return scale
 
 
-class PushButton(LeafSystem):
+class PushButton(Block):
     """A button that pushes a hand along X: 20 N at most, as sin² over half a second.
 
     Args:
@@ -145,7 +145,7 @@ class PushButton(LeafSystem):
         self._body = hand.body().index()
         self._p_BF = hand.GetFixedPoseInBodyFrame().translation()
         # How often it has been clicked, and when last [s].
-        self.DeclareDiscreteState([0.0, -np.inf])
+        self.declare_state([0.0, -np.inf])
         meshcat.AddButton(PUSH)
         self.DeclarePeriodicDiscreteUpdateEvent(_READ_PERIOD, 0.0, self._read)
         self.DeclareAbstractOutputPort(

@@ -16,8 +16,9 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
 from geoimp_drake.typing import Array
 
@@ -69,7 +70,7 @@ def add_visualization(
     builder.Connect(wrench, arrow.GetInputPort("wrench"))
 
 
-class FrameTriads(LeafSystem):
+class FrameTriads(Block):
     """Draws frames as triads, x red, y green, z blue; D is the thinnest, E the thickest.
 
     Ports:
@@ -92,7 +93,7 @@ class FrameTriads(LeafSystem):
             self._meshcat.SetTransform(f"frames/{name}", X_WF, context.get_time())
 
 
-class WrenchArrow(LeafSystem):
+class WrenchArrow(Block):
     """Draws force and moment on the environment as arrows at E: 5 mm for 1 N, 50 mm for 1 Nm.
 
     Ports:

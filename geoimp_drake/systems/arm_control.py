@@ -10,7 +10,6 @@ from pydrake.systems.framework import (
     DependencyTicket,
     DiscreteValues,
     InputPort,
-    LeafSystem,
     State,
     ValueProducer,
 )
@@ -30,6 +29,7 @@ from geoimp_drake.laws.joint_reading import next_reading
 from geoimp_drake.laws.resolved_acceleration import check_regular
 from geoimp_drake.systems.arm_chain import chain_arrays
 from geoimp_drake.systems.arm_model import ArmState
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     check_frame_motion,
     check_signal,
@@ -45,7 +45,7 @@ from geoimp_drake.typing import Array
 __all__ = ["ArmControl"]
 
 
-class ArmControl(LeafSystem):
+class ArmControl(Block):
     """Makes the end effector of an arm track a reference motion: five blocks as one system.
 
     It does what these do, connected one after the other, with the same laws and the same numbers,
@@ -109,10 +109,10 @@ class ArmControl(LeafSystem):
 
     def _declare_state(self, n: int) -> None:
         # The held reading and, last, how many there have been: none, the first, more.
-        self._held = self.DeclareDiscreteState(2 * n + 1)
-        self._peak = self.DeclareDiscreteState(n)
+        self._held = self.declare_state(2 * n + 1)
+        self._peak = self.declare_state(n)
         # The posture from which targets may start; NaN until there is one.
-        self._start = self.DeclareDiscreteState(np.full(n, np.nan))
+        self._start = self.declare_state(np.full(n, np.nan))
         self._scratch = self.DeclareCacheEntry(
             "scratch context of the control model",
             ValueProducer(
@@ -130,15 +130,15 @@ class ArmControl(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
 
     def _declare_outputs(self, n: int) -> None:
-        reading = {self.discrete_state_ticket(self._held), self._ticket(self._state)}
+        reading = {self.ticket_of_state(self._held), self._ticket(self._state)}
         law = reading | {self._ticket(self._reference), self._ticket(self._wrench)}
         if self._is_redundant:
-            law |= {self.discrete_state_ticket(self._start), self.time_ticket()}
+            law |= {self.ticket_of_state(self._start), self.time_ticket()}
         self._torque = self.DeclareVectorOutputPort("actuation", n, self._calc_torque, law)
         self.DeclareVectorOutputPort(
             "measured_motion", frame_motion_vector(), self._calc_measured_motion, reading
         )
-        self.DeclareStateOutputPort("peak_effort", self._peak)
+        self.declare_state_output("peak_effort", self._peak)
         # Of six joints it says how near a singularity is, where there may be no torque.
         tickets = law if self._is_redundant else reading
         self._reported = self.DeclareCacheEntry(

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     POSITION,
@@ -49,7 +50,7 @@ class ArmState:
     g: Array  # (n) torques that hold the arm against gravity
 
 
-class ArmModel(LeafSystem):
+class ArmModel(Block):
     """Evaluates the control model of an arm once for each state that it is given.
 
     Ports:

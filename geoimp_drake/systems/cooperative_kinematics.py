@@ -6,7 +6,6 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     Context,
-    LeafSystem,
 )
 
 from geoimp_drake.compiled import compiled
@@ -14,6 +13,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.half_rotation import check_half_defined
 from geoimp_drake.laws.held_object import held_object_motion, held_object_wrenches
 from geoimp_drake.laws.motion_vector import is_frame_motion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.declaring import declare_cache, declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
@@ -57,7 +57,7 @@ class ObjectLoad:
             )
 
 
-class CooperativeKinematics(LeafSystem):
+class CooperativeKinematics(Block):
     """Reads the motion and the wrench of an object from those of the two hands that hold it.
 
     Motion (4.1), (4.4), (4.5) and what the second hand does relative to the first (4.7), (4.8),

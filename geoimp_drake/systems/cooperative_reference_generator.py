@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     EventStatus,
     InputPort,
-    LeafSystem,
     State,
     ValueProducer,
 )
@@ -20,8 +19,10 @@ from geoimp_drake.laws.half_rotation import check_half_defined
 from geoimp_drake.laws.hand_references import moving_references, rigid_references
 from geoimp_drake.laws.motion_vector import is_frame_motion
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
+    POSE_SIZE,
     POSITION,
     QUATERNION,
     check_frame_motion,
@@ -35,8 +36,6 @@ __all__ = [
     "MutualPose",
     "measured_mutual_pose",
 ]
-
-_POSE_SIZE = 7
 
 
 @dataclass
@@ -60,7 +59,7 @@ class MutualPose:
         return np.concatenate((quaternion.normalized(Q_12), self.position))
 
 
-class CooperativeReferenceGenerator(LeafSystem):
+class CooperativeReferenceGenerator(Block):
     """Computes the motions (4.10)-(4.15) of two hands that make their object move as C does.
 
         (4.10), (4.11)  p_r1 = p_c − ½ Δp_r21,   p_r2 = p_c + ½ Δp_r21
@@ -113,10 +112,10 @@ class CooperativeReferenceGenerator(LeafSystem):
         self._rigid, self._moving = compiled(rigid_references), compiled(moving_references)
         self._is_motion = compiled(is_frame_motion)
         # As declared it is zero, quaternion included: no mutual pose has been taken yet.
-        pose = self.DeclareDiscreteState(_POSE_SIZE)
+        pose = self.declare_state(POSE_SIZE)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._forget)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start)
-        start = {self.discrete_state_ticket(pose)} | self._tickets(self._first, self._second)
+        start = {self.ticket_of_state(pose)} | self._tickets(self._first, self._second)
         law = start | self._tickets(self._compliant, self._mutual)
         self._references = self.DeclareCacheEntry(
             "references",
@@ -140,7 +139,7 @@ class CooperativeReferenceGenerator(LeafSystem):
 
     def _forget(self, context: Context, state: State) -> EventStatus:
         """Forgets the grasp. It is taken with the first step: by then the joints have been read."""
-        state.get_mutable_discrete_state().set_value(np.zeros(_POSE_SIZE))
+        state.get_mutable_discrete_state().set_value(np.zeros(POSE_SIZE))
         return EventStatus.Succeeded()
 
     def _start(self, context: Context, state: State) -> EventStatus:
@@ -167,7 +166,7 @@ class CooperativeReferenceGenerator(LeafSystem):
 
     def _mutual_reference(self, context: Context) -> Array:
         motion = np.zeros(FRAME_MOTION_SIZE)
-        motion[:_POSE_SIZE] = self._mutual_pose(context)
+        motion[:POSE_SIZE] = self._mutual_pose(context)
         return motion
 
     def _calc_references(self, context: Context, value: AbstractValue) -> None:

@@ -6,13 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_about_axis import motion_from_rest
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
+    FRAME_MOTION_SIZE,
     POSITION,
     QUATERNION,
     frame_motion_at_rest,
@@ -58,7 +60,7 @@ def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float
     ]
 
 
-class DesiredMotion(LeafSystem):
+class DesiredMotion(Block):
     """Source of the desired motion: a sequence of segments that starts at a given pose.
 
     Along segment k of duration T, with s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ and τ = (t − t_k)/T,
@@ -101,14 +103,20 @@ class DesiredMotion(LeafSystem):
 
     def evaluate(self, time: float) -> Array:
         """Returns the motion of D at a time [s], as the output port does."""
-        k = bisect_right(self._times, max(time, 0.0)) - 1
+        motion = np.empty(FRAME_MOTION_SIZE)
+        self._write(time, motion)
+        return motion
+
+    def _write(self, time: float, motion: Array) -> None:
+        k = bisect_right(self._times, time) - 1 if time > 0.0 else 0
         way = self._ways[k]
         if way is None:
-            return self._rests[k]
-        return self._law(time - self._times[k], self._durations[k], self._rests[k], way)
+            motion[:] = self._rests[k]
+        else:
+            self._law(time - self._times[k], self._durations[k], self._rests[k], way, motion)
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.evaluate(context.get_time()))
+        self._write(context.get_time(), output.get_mutable_value())
 
 
 def _way(segment: MotionSegment) -> Array | None:

@@ -8,10 +8,11 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import Frame
 from pydrake.polynomial import Polynomial
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.block import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive
 
@@ -76,7 +77,7 @@ def _last_blend(rate: float, blend: float) -> Polynomial:
     return Polynomial([1.0 - rate * blend / 2.0, rate, 0.0, cubic, quartic])
 
 
-class ExternalWrench(LeafSystem):
+class ExternalWrench(Block):
     """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant.
 
     The ramp is linear with fourth-order blends. The wrench acts at the frame's origin and is given

@@ -14,7 +14,6 @@ from pydrake.systems.framework import (
     Context,
     DiscreteValues,
     InputPort,
-    LeafSystem,
     State,
     ValueProducer,
 )
@@ -24,6 +23,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import filter_gain
 from geoimp_drake.laws.sensor_sample import sensor_sample
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.counted_noise import CountedNoise
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
@@ -119,7 +119,7 @@ class SensorMounting:
     sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
 
 
-class ForceTorqueSensor(LeafSystem):
+class ForceTorqueSensor(Block):
     """Measures the wrench that the end effector exerts on its environment.
 
     The reaction force of a weld joint carries the tool's weight and inertia besides the contact
@@ -198,14 +198,14 @@ class ForceTorqueSensor(LeafSystem):
         self._declare_inputs()
         self._generator = self._declare_generator(config.seed)
         start = np.zeros(6) if initial_wrench is None else initial_wrench
-        self._held = self.DeclareDiscreteState(finite_vector(start, "initial_wrench", 6))
-        self._peak = self.DeclareDiscreteState(6)
-        self._memory = self.DeclareDiscreteState(7)
+        self._held = self.declare_state(finite_vector(start, "initial_wrench", 6))
+        self._peak = self.declare_state(6)
+        self._memory = self.declare_state(7)
         # The motion with which the tool's inertial load is removed: rest, unless one is followed.
-        self._followed = self.DeclareDiscreteState(frame_motion_vector())
-        self.DeclareStateOutputPort("wrench", self._held)
+        self._followed = self.declare_state(frame_motion_vector())
+        self.declare_state_output("wrench", self._held)
         self.DeclareVectorOutputPort("wrench_true", 6, self._calc_true)
-        self.DeclareStateOutputPort("peak_reading", self._peak)
+        self.declare_state_output("peak_reading", self._peak)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(config.period, 0.0, self._sample)
         if self._of_reference and not reference_is_held:

@@ -19,6 +19,7 @@ from geoimp_drake.laws.motion_vector import (
     FRAME_STATE_SIZE,
     LINEAR_ACCELERATION,
     LINEAR_VELOCITY,
+    POSE_SIZE,
     POSITION,
     QUATERNION,
     VELOCITY,
@@ -35,6 +36,7 @@ __all__ = [
     "FRAME_STATE_SIZE",
     "LINEAR_ACCELERATION",
     "LINEAR_VELOCITY",
+    "POSE_SIZE",
     "POSITION",
     "QUATERNION",
     "VELOCITY",
@@ -43,6 +45,7 @@ __all__ = [
     "check_signal",
     "frame_motion_at_rest",
     "frame_motion_vector",
+    "is_set",
     "pose_of",
 ]
 
@@ -74,6 +77,15 @@ def pose_of(motion: Array) -> RigidTransform:
     """Returns the pose X_WF of a frame motion."""
     R_WF = RotationMatrix(quaternion.to_rotation(motion[QUATERNION]))
     return RigidTransform(R_WF, motion[POSITION])
+
+
+def is_set(pose: Array) -> bool:
+    """Whether a pose, or whatever begins with one, has been written: as declared it is zero.
+
+    Args:
+        pose: quaternion first.
+    """
+    return bool(pose[0] or pose[1] or pose[2] or pose[3])
 
 
 def check_signal(value: Array, port: str) -> None:

@@ -5,10 +5,11 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialAcceleration, SpatialVelocity
 from pydrake.multibody.tree import Frame
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from geoimp_drake.laws.sensed_wrench import inertial_acceleration
 from geoimp_drake.rotations.so3 import cross
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
@@ -21,7 +22,7 @@ from geoimp_drake.systems.frame_motion import (
 __all__ = ["FrameMotionSensor"]
 
 
-class FrameMotionSensor(LeafSystem):
+class FrameMotionSensor(Block):
     """Reads pose, velocity and acceleration of a frame fixed in a body from the plant's ports.
 
     With sampled output ports a plant's accelerations are those of its last step, and zero before

@@ -4,16 +4,23 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.grasp_watch import watch_grasps
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive
 
-__all__ = ["GRASP_CLOSED", "GraspMonitor", "GraspMonitorConfig"]
+__all__ = [
+    "GRASP_CLOSED",
+    "NOTHING_OPENED",
+    "TIMES_AT_START",
+    "GraspMonitor",
+    "GraspMonitorConfig",
+]
 
 _log = logging.getLogger("drake")
 
@@ -21,6 +28,10 @@ _HANDS = ("first", "second")
 
 # The time of an event that has not happened [s].
 GRASP_CLOSED = -1.0
+
+# For each hand the time since it was loaded, and since it was last not empty [s].
+TIMES_AT_START = np.array([np.inf, np.inf, 0.0, 0.0])
+NOTHING_OPENED = np.array([0.0, 0.0, GRASP_CLOSED])
 
 
 @dataclass
@@ -59,7 +70,7 @@ class GraspMonitorConfig:
         return GraspMonitor(self, period)
 
 
-class GraspMonitor(LeafSystem):
+class GraspMonitor(Block):
     """Reports a hand whose wrench falls to nothing at once: its grasp has opened.
 
     With the size s = max(‖f‖/f_t, ‖μ‖/μ_t) of a hand's wrench, its grasp counts as opened when s
@@ -98,43 +109,63 @@ class GraspMonitor(LeafSystem):
                 f"of {period:g} s: no fall is that fast. Give several periods."
             )
         self._wrenches = [self.DeclareVectorInputPort(f"wrench_{k}", 6) for k in (1, 2)]
-        # For each hand the time since it was loaded, and since it was last not empty [s].
-        self._start = np.array([np.inf, np.inf, 0.0, 0.0])
-        self._times = self.DeclareDiscreteState(self._start)
-        self._opened = self.DeclareDiscreteState(np.array([0.0, 0.0, GRASP_CLOSED]))
+        self._times = self.declare_state(TIMES_AT_START)
+        self._opened = self.declare_state(NOTHING_OPENED)
         self._period = period
         self._law = compiled(watch_grasps)
         self._thresholds, self._limits = self._config.arrays()
-        self.DeclareStateOutputPort("opened", self._opened)
+        self.declare_state_output("opened", self._opened)
         self.DeclareInitializationDiscreteUpdateEvent(self._reset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._watch)
 
+    @property
+    def period(self) -> float:
+        """Sampling period [s]."""
+        return self._period
+
     def _reset(self, context: Context, state: DiscreteValues) -> None:
-        state.set_value(self._times, self._start)
-        state.set_value(self._opened, [0.0, 0.0, GRASP_CLOSED])
+        state.set_value(self._times, TIMES_AT_START)
+        state.set_value(self._opened, NOTHING_OPENED)
 
     def _watch(self, context: Context, state: DiscreteValues) -> None:
         h_1, h_2 = (port.Eval(context) for port in self._wrenches)
-        before, opened = context.get_discrete_state(self._times).value(), np.empty(2)
-        after = state.get_mutable_value(self._times)
-        if not self._law(
-            h_1, h_2, before, self._thresholds, self._limits, self._period, after, opened
-        ):
-            for port, h in zip(self._wrenches, (h_1, h_2), strict=True):
-                check_signal(h, f"{self.get_name()}:{port.get_name()}")
-        if opened[0] or opened[1]:
-            self._latch(context, state, opened)
+        # Drake hands over a copy of the context's state.
+        times, opened = (state.get_mutable_value(k) for k in (self._times, self._opened))
+        self.watch(self.get_name(), context, h_1, h_2, times, opened)
 
-    def _latch(self, context: Context, state: DiscreteValues, opened: Array) -> None:
-        before = context.get_discrete_state(self._opened).value()
-        new = (opened != 0.0) & (before[:2] == 0.0)
+    def watch(
+        self, system: str, context: Context, h_1: Array, h_2: Array, times: Array, opened: Array
+    ) -> None:
+        """Takes a sample of both wrenches.
+
+        Args:
+            system: the name in errors and in the report.
+            context: of a system, whose time it is.
+            h_1: wrench of the first hand (6).
+            h_2: of the second (6).
+            times: since each hand was loaded, and since it was last not empty (4) [s]; moved on.
+            opened: as the output says (3); set for a grasp that has opened.
+
+        Raises:
+            SignalError: a wrench is NaN or infinite.
+        """
+        now = np.empty(2)
+        if not self._law(h_1, h_2, times, self._thresholds, self._limits, self._period, times, now):
+            for k, h in ((1, h_1), (2, h_2)):
+                check_signal(h, f"{system}:wrench_{k}")
+        if now[0] or now[1]:
+            self._latch(system, context.get_time(), now, opened)
+
+    def _latch(self, system: str, time: float, now: Array, opened: Array) -> None:
+        new = (now != 0.0) & (opened[:2] == 0.0)
         if not new.any():
             return
-        time = context.get_time() if before[2] == GRASP_CLOSED else before[2]
-        state.set_value(self._opened, np.append(np.maximum(before[:2], new), time))
+        opened[:2] += new
+        if opened[2] == GRASP_CLOSED:
+            opened[2] = time
         for k in np.flatnonzero(new):
             _log.warning(
-                f"{self.get_name()}: the grasp of the {_HANDS[k]} hand has opened, seen at "
-                f"t = {context.get_time():.3f} s: its wrench fell below "
+                f"{system}: the grasp of the {_HANDS[k]} hand has opened, seen at "
+                f"t = {time:.3f} s: its wrench fell below "
                 f"{self._config.force_threshold:g} N and {self._config.moment_threshold:g} Nm."
             )

@@ -11,7 +11,6 @@ from pydrake.systems.framework import (
     Context,
     ContinuousState,
     EventStatus,
-    LeafSystem,
     State,
     ValueProducer,
 )
@@ -27,6 +26,7 @@ from geoimp_drake.laws.compliant_motion import (
 from geoimp_drake.laws.families import OrientationImpedance
 from geoimp_drake.laws.orientation_impedance import overrides
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_VELOCITY,
     FRAME_STATE_SIZE,
@@ -37,6 +37,7 @@ from geoimp_drake.systems.frame_motion import (
     check_frame_motion,
     check_signal,
     frame_motion_vector,
+    is_set,
 )
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_array, spd_matrix
@@ -61,7 +62,7 @@ _log = logging.getLogger("drake")
 _ILL_CONDITIONED = 10.0
 
 
-class ImpedanceIntegrator(LeafSystem):
+class ImpedanceIntegrator(Block):
     """Makes the frame C behave as a mass, damper and spring that the wrench deflects from D.
 
     Translation (3.1) and rotation, by the family that is given (quaternion: (3.30)),
@@ -146,8 +147,8 @@ class ImpedanceIntegrator(LeafSystem):
         self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
         # As declared it is zero, quaternion included: C has not started.
         self.DeclareContinuousState(FRAME_STATE_SIZE)
-        self._reported = self.DeclareDiscreteState(1)  # whether bad conditioning has been
-        self._last = self.DeclareDiscreteState(frame_motion_vector())
+        self._reported = self.declare_state(1)  # whether bad conditioning has been
+        self._last = self.declare_state(frame_motion_vector())
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
@@ -165,7 +166,7 @@ class ImpedanceIntegrator(LeafSystem):
         self._compliant = self.DeclareVectorOutputPort(
             "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
         )
-        self.DeclareStateOutputPort("last_compliant_motion", self._last)
+        self.declare_state_output("last_compliant_motion", self._last)
         self.DeclareVectorOutputPort("displacement", 6, self._calc_displacement, law_inputs)
         self.DeclareVectorOutputPort(
             "energy", len(ImpedanceEnergy.get_fields()), self._calc_energy, law_inputs
@@ -225,7 +226,7 @@ class ImpedanceIntegrator(LeafSystem):
 
     def _compliant_state(self, context: Context) -> Array:
         x: Array = context.get_continuous_state_vector().CopyToVector()
-        return x if _has_started(x) else self._start_state(context)
+        return x if is_set(x) else self._start_state(context)
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         """Computes the motion of C, accelerations included."""
@@ -293,7 +294,9 @@ class ImpedanceIntegrator(LeafSystem):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
-        derivatives.SetFromVector(self._rate(self._compliant.Eval(context)))
+        state_rate = np.empty(FRAME_STATE_SIZE)
+        self._rate(self._compliant.Eval(context), state_rate)
+        derivatives.SetFromVector(state_rate)
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)
@@ -359,10 +362,6 @@ class ImpedanceIntegrator(LeafSystem):
             self._rotation.supplied_power(*relative, wrench[:3]),
             self._rotation.dissipated_power(*relative),
         )
-
-
-def _has_started(state: Array) -> bool:
-    return bool(state[0] or state[1] or state[2] or state[3])
 
 
 def _law_of(rotation: OrientationImpedance) -> Callable[..., bool]:

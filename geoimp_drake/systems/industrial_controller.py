@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 from pydrake.trajectories import Trajectory
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.joint_servo import servo_integral, servo_torque
 from geoimp_drake.systems.arm_model import evaluate_arm
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive
@@ -47,7 +48,7 @@ class IndustrialControllerConfig:
             _check_gains(finite_vector(self.kp, "servo.kp", np.size(self.kp)))
 
 
-class IndustrialController(LeafSystem):
+class IndustrialController(Block):
     """Follows a joint trajectory with one PID servo a joint and no model of the arm.
 
     At every sampling instant, for each joint on its own,
@@ -106,15 +107,15 @@ class IndustrialController(LeafSystem):
     def _declare(self, n: int, preload: Array) -> None:
         self._state_port = self.DeclareVectorInputPort("estimated_state", 2 * n)
         # Each in the order of the control model.
-        self._integral = self.DeclareDiscreteState(preload)
-        self._torque = self.DeclareDiscreteState(np.clip(preload, -self._limits, self._limits))
-        self._peak = self.DeclareDiscreteState(n)
+        self._integral = self.declare_state(preload)
+        self._torque = self.declare_state(np.clip(preload, -self._limits, self._limits))
+        self._peak = self.declare_state(n)
         self.DeclareVectorOutputPort(
-            "actuation", n, self._calc_actuation, {self.discrete_state_ticket(self._torque)}
+            "actuation", n, self._calc_actuation, {self.ticket_of_state(self._torque)}
         )
         self.DeclareVectorOutputPort("set_point", 2 * n, self._calc_set_point, {self.time_ticket()})
         self.DeclareVectorOutputPort(
-            "peak_effort", n, self._calc_peak, {self.discrete_state_ticket(self._peak)}
+            "peak_effort", n, self._calc_peak, {self.ticket_of_state(self._peak)}
         )
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
         # state read is the one at this instant. Without offset, so that the instants are those of

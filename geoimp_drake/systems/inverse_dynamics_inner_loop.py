@@ -4,11 +4,12 @@ import logging
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.laws.inverse_dynamics import actuation, peak_effort
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 
@@ -17,7 +18,7 @@ __all__ = ["InverseDynamicsInnerLoop", "report_saturation"]
 _log = logging.getLogger("drake")
 
 
-class InverseDynamicsInnerLoop(LeafSystem):
+class InverseDynamicsInnerLoop(Block):
     """Computes the driving torques (2.3) τ = Bα + Cq̇ + Fq̇ + g + Jᵀh, giving (2.4) q̈ = α.
 
     The torques are not limited here: Drake's actuators clamp at their effort limits, and this
@@ -47,13 +48,13 @@ class InverseDynamicsInnerLoop(LeafSystem):
         self._alpha = self.DeclareVectorInputPort("joint_acceleration", n)
         self._arm = self.DeclareAbstractInputPort("arm", AbstractValue.Make(object()))
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
-        peak = self.DeclareDiscreteState(n)
+        peak = self.declare_state(n)
         inputs = {
             self.input_port_ticket(port.get_index())
             for port in (self._alpha, self._arm, self._wrench)
         }
         self._torque = self.DeclareVectorOutputPort("actuation", n, self._calc_torque, inputs)
-        self.DeclareStateOutputPort("peak_effort", peak)
+        self.declare_state_output("peak_effort", peak)
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
         # torque compared is the one that the step uses, and is not computed again.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)

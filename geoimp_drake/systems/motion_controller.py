@@ -2,13 +2,14 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.laws.families import make_family
 from geoimp_drake.laws.orientation_control import orientation_law
 from geoimp_drake.laws.orientation_impedance import overrides
 from geoimp_drake.laws.tracking_acceleration import tracking_acceleration
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     QUATERNION,
     check_frame_motion,
@@ -20,7 +21,7 @@ from geoimp_drake.validation import positive
 __all__ = ["MotionController"]
 
 
-class MotionController(LeafSystem):
+class MotionController(Block):
     """Computes the task acceleration a = [a_o; a_p] that makes E track a reference frame.
 
     Position (2.9) and orientation (2.15), or another of (2.10), (2.12), (2.13):

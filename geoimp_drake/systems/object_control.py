@@ -1,7 +1,7 @@
 """The object's part of tight cooperation as one system: its blocks, sooner."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -9,14 +9,14 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     Context,
     ContinuousState,
-    LeafSystem,
+    DiscreteValues,
     State,
+    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.half_rotation import check_half_defined
-from geoimp_drake.laws.held_object import held_object_motion
 from geoimp_drake.laws.object_control import (
     COMPLIANT,
     HANDS,
@@ -25,6 +25,7 @@ from geoimp_drake.laws.object_control import (
     OBJECT,
     object_control,
 )
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
@@ -34,39 +35,50 @@ from geoimp_drake.systems.declaring import declare_cache, declare_output, ticket
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
-    QUATERNION,
-    VELOCITY,
+    POSE_SIZE,
     check_frame_motion,
     check_signal,
     frame_motion_vector,
+    is_set,
 )
+from geoimp_drake.systems.grasp_monitor import NOTHING_OPENED, TIMES_AT_START, GraspMonitor
 from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy, ImpedanceIntegrator
 from geoimp_drake.systems.internal_impedance import InternalImpedance
+from geoimp_drake.systems.reference_hold import (
+    NOTHING_HELD,
+    ReferenceHold,
+    is_held,
+    is_hold_due,
+)
 from geoimp_drake.typing import Array
 
 __all__ = ["ObjectControl"]
 
-_POSE_SIZE = 7
 _NO_WRENCH = np.zeros(6)
+
+
+# In one group of the state: ¹Q_21 and ᵒΔp_21 of the grasp, zeros for none yet; what is held.
+_POSE, _HELD = slice(0, POSE_SIZE), slice(POSE_SIZE, POSE_SIZE + len(NOTHING_HELD))
 
 
 @dataclass(slots=True)
 class _Found:
     """What one evaluation of the law gives."""
 
-    motions: Array  # (6×19), see laws/object_control.py
-    wrenches: Array  # (3×6)
-    rates: Array  # of the state (26)
+    motions: Array = field(default_factory=lambda: np.zeros((6, 19)))  # laws/object_control.py
+    wrenches: Array = field(default_factory=lambda: np.empty((3, 6)))
+    rates: Array = field(default_factory=lambda: np.empty(2 * FRAME_STATE_SIZE))  # of the state
 
 
-class ObjectControl(LeafSystem):
-    """Finds the references of two hands that make their object compliant: four blocks as one.
+class ObjectControl(Block):
+    """Finds the references of two hands that make their object compliant: six blocks as one.
 
     It does what these do, connected with each other, with the same laws and the same numbers, in
-    one compiled call for a state (laws/object_control.py):
+    one compiled call for a state (laws/object_control.py), and one for a sample of the wrenches:
 
         CooperativeKinematics ─▶ ImpedanceIntegrator ─▶ CooperativeReferenceGenerator
-                              ─▶ InternalImpedance   ─▶
+                              ─▶ InternalImpedance   ─▶               │
+                                         GraspMonitor ─▶ ReferenceHold ◀┘
 
     The continuous state is that of C, then that of the mutual pose of the references. Both start
     with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
@@ -77,6 +89,7 @@ class ObjectControl(LeafSystem):
         impedance: the block whose gains it takes over; its orientation family is the quaternion.
         references: the block whose prescribed pose it takes over.
         internal: the block whose gains it takes over; None for a constant mutual pose.
+        watch: the blocks whose monitoring and hold it takes over; None for neither.
         removes_inertial_load: of the object; else its weight alone.
 
     Raises:
@@ -100,6 +113,10 @@ class ObjectControl(LeafSystem):
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
         output reference_motion_1: of the first hand in W (19)
         output reference_motion_2: of the second (19)
+        output opened: which grasps have opened, and when, see `GraspMonitor` (3)
+        output release: which grippers are to open, see `ReferenceHold` (2)
+
+        Without `watch` there are no ports `opened` and `release`.
     """
 
     def __init__(
@@ -108,15 +125,16 @@ class ObjectControl(LeafSystem):
         impedance: ImpedanceIntegrator,
         references: CooperativeReferenceGenerator,
         internal: InternalImpedance | None,
+        watch: tuple[GraspMonitor, ReferenceHold] | None = None,
         *,
         removes_inertial_load: bool,
     ):
         super().__init__()
+        self._hold = None if watch is None else watch[1]
         self._impedance, self._internal = impedance, internal
         self._prescribed = references.prescribed
         self._removes_inertial_load = removes_inertial_load
         self._law: Callable[..., bool] = compiled(object_control)
-        self._motion_law = compiled(held_object_motion)
         self._load = kinematics.load_arguments
         # Without one its gains are not used.
         second = impedance if internal is None else internal
@@ -124,6 +142,8 @@ class ObjectControl(LeafSystem):
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)
         self._declare_inputs()
         self._declare_state()
+        if watch is not None:
+            self._declare_watch(*watch)
         self._declare_outputs()
 
     def _declare_inputs(self) -> None:
@@ -136,22 +156,34 @@ class ObjectControl(LeafSystem):
     def _declare_state(self) -> None:
         # As declared it is zero, quaternions included: nothing has started.
         self.DeclareContinuousState(2 * FRAME_STATE_SIZE)
-        self._pose = self.DeclareDiscreteState(_POSE_SIZE)
+        self._grasp = self.declare_state(np.zeros(_HELD.stop))
         # The motion of C when the last step began: a sensor's reading belongs to it.
-        self._last = self.DeclareDiscreteState(frame_motion_vector())
+        self._last = self.declare_state(frame_motion_vector())
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
 
+    def _declare_watch(self, monitor: GraspMonitor, hold: ReferenceHold) -> None:
+        self._times = self.declare_state(TIMES_AT_START)
+        self._opened = self.declare_state(NOTHING_OPENED)
+        # Without offset, so that its instants are those of the plant's steps to the last bit.
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            monitor.period, 0.0, partial(self._watch_grasps, monitor, hold)
+        )
+
     def _declare_outputs(self) -> None:
         inputs = tickets_of(self, self._desired, self._scale)
         hands = tickets_of(self, *self._hands)
-        grasp = hands | {self.discrete_state_ticket(self._pose)}
+        grasp = hands | {self.ticket_of_state(self._grasp)}
         law = inputs | grasp | tickets_of(self, *self._wrenches)
-        law |= {self.xc_ticket(), self.discrete_state_ticket(self._last)}
+        law |= {self.xc_ticket(), self.ticket_of_state(self._last)}
+        if self._hold is not None:
+            law |= {self.time_ticket(), self.ticket_of_state(self._opened)}
         # They change when the scale does, not with every step.
         self._gains = declare_cache(self, "gains", self._calc_gains, tickets_of(self, self._scale))
-        self._found = declare_cache(self, "object", self._calc_found, law)
+        self._found = self.DeclareCacheEntry(
+            "object", ValueProducer(lambda: AbstractValue.Make(_Found()), self._calc_found), law
+        )
         declare_output(self, "compliant_motion", 19, lambda c: self._motions(c)[COMPLIANT], law)
         declare_output(self, "displacement", 6, self._displacement, law)
         declare_output(self, "energy", len(ImpedanceEnergy.get_fields()), self._energy, law)
@@ -162,12 +194,23 @@ class ObjectControl(LeafSystem):
         declare_output(self, "mutual_reference", 19, self._mutual_reference, grasp)
         for k in range(2):
             declare_output(self, f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
+        if self._hold is not None:
+            self.declare_state_output("opened", self._opened)
+            release = {self.ticket_of_state(k) for k in (self._grasp, self._opened)}
+            release |= {self.time_ticket()}
+            declare_output(self, "release", 2, partial(self._release, self._hold), release)
 
     def _stop(self, context: Context, state: State) -> None:
         """Forgets C and the grasp. They start with the first step, after the joints' readings."""
         state.get_mutable_continuous_state().SetFromVector(np.zeros(2 * FRAME_STATE_SIZE))
-        state.get_mutable_discrete_state(self._pose).SetFromVector(np.zeros(_POSE_SIZE))
-        state.get_mutable_discrete_state(self._last).SetFromVector(frame_motion_vector().value())
+        start = [
+            (self._grasp, np.zeros(_HELD.stop)),
+            (self._last, frame_motion_vector().value()),
+        ]
+        if self._hold is not None:
+            start += [(self._times, TIMES_AT_START), (self._opened, NOTHING_OPENED)]
+        for group, value in start:
+            state.get_mutable_discrete_state(group).SetFromVector(value)
 
     def _check(self, context: Context) -> None:
         """Evaluates the law, so that initialization already refuses what it cannot use."""
@@ -180,18 +223,33 @@ class ObjectControl(LeafSystem):
         x = motions[COMPLIANT : MUTUAL + 1, :FRAME_STATE_SIZE].ravel()
         state.get_mutable_continuous_state().SetFromVector(x)
         state.get_mutable_discrete_state(self._last).SetFromVector(motions[COMPLIANT])
-        if not context.get_discrete_state(self._pose).value().any():
-            state.get_mutable_discrete_state(self._pose).SetFromVector(self._mutual_pose(context))
+        if not is_set(context.get_discrete_state(self._grasp).value()):
+            grasp = state.get_mutable_discrete_state(self._grasp).get_mutable_value()
+            grasp[_POSE] = self._initial_pose(self._measured(context))
+
+    def _watch_grasps(
+        self, monitor: GraspMonitor, hold: ReferenceHold, context: Context, state: DiscreteValues
+    ) -> None:
+        # Drake hands over a copy of the context's state.
+        times, opened = state.get_mutable_value(self._times), state.get_mutable_value(self._opened)
+        # A hold follows one sample after what it is for, as behind a port.
+        if opened[0] or opened[1]:
+            held = state.get_mutable_value(self._grasp)[_HELD]
+            if is_hold_due(held, opened):
+                references = list(self._motions(context)[HANDS])
+                hold.take(self.get_name(), references, context.get_time(), held)
+        h_1, h_2 = (port.Eval(context) for port in self._wrenches)
+        monitor.watch(self.get_name(), context, h_1, h_2, times, opened)
 
     def _mutual_pose(self, context: Context) -> Array:
         """Returns ¹Q_21 and ᵒΔp_21 (7) of the grasp."""
-        # A copy: the law is compiled once more for an array that cannot be written to.
-        held: Array = context.get_discrete_state(self._pose).CopyToVector()
-        if held.any():
-            return held
+        pose: Array = context.get_discrete_state(self._grasp).value()[_POSE]
+        return pose if is_set(pose) else self._initial_pose(self._measured(context))
+
+    def _initial_pose(self, hands: list[Array]) -> Array:
         if self._prescribed is not None:
             return self._prescribed
-        return measured_mutual_pose(self.get_name(), *self._measured(context))
+        return measured_mutual_pose(self.get_name(), *hands)
 
     def _measured(self, context: Context) -> list[Array]:
         return [port.Eval(context) for port in self._hands]
@@ -203,35 +261,43 @@ class ObjectControl(LeafSystem):
         return self._scale.Eval(context) if self._scale.HasValue(context) else None
 
     def _calc_found(self, context: Context, value: AbstractValue) -> None:
-        hands, wrenches = self._measured(context), [w.Eval(context) for w in self._wrenches]
-        desired, pose = self._desired.Eval(context), self._mutual_pose(context)
+        first, second = self._hands
+        wrench_1, wrench_2 = self._wrenches
+        hands = [first.Eval(context), second.Eval(context)]
+        wrenches = [wrench_1.Eval(context), wrench_2.Eval(context)]
+        desired = self._desired.Eval(context)
+        # A copy: the law is compiled once more for an array that cannot be written to.
+        grasp = context.get_discrete_state(self._grasp).CopyToVector()
+        pose = grasp[_POSE] if is_set(grasp) else self._initial_pose(hands)
         state = context.get_continuous_state_vector().CopyToVector()
-        if not state.any():
-            state = self._start_state(hands, pose)
-        found = _Found(np.zeros((6, 19)), np.empty((3, 6)), np.empty(2 * FRAME_STATE_SIZE))
         reference = self._at_rest
         if self._removes_inertial_load:
             reference = context.get_discrete_state(self._last).value()
-        signals: tuple[Array, ...] = (*hands, *wrenches, desired, state, pose, reference)
-        gains = self._gains.Eval(context)
+        found = value.get_mutable_value()
         if not self._law(
-            *signals,
+            *hands,
+            *wrenches,
+            desired,
+            state,
+            pose,
+            reference,
             found.motions,
             found.wrenches,
             found.rates,
-            *gains,
+            *self._gains.Eval(context),
             *self._internal_gains,
             *self._load,
         ):
             self._check_signals(hands, wrenches, desired, state, found.motions)
-        value.set_value(found)
+        held = grasp[_HELD]
+        if self._hold is not None and is_held(held):
+            self._rest(self._hold, context, held, found.motions[HANDS])
 
-    def _start_state(self, hands: list[Array], pose: Array) -> Array:
-        """Returns the state at rest in which C is O, and the mutual pose that of the hands."""
-        first, second = hands
-        state = self._motion_law(first, second, pose[QUATERNION])[:, :FRAME_STATE_SIZE]
-        state[:, VELOCITY] = 0.0
-        return state.ravel()
+    def _rest(self, hold: ReferenceHold, context: Context, held: Array, references: Array) -> None:
+        """Writes how the hands move since they are held."""
+        opened = context.get_discrete_state(self._opened).value()
+        for k, reference in enumerate(references):
+            reference[:] = hold.motion(k, held, context.get_time(), opened)
 
     def _check_signals(
         self,
@@ -252,7 +318,8 @@ class ObjectControl(LeafSystem):
         if self._internal is not None:
             at_rest = frame_motion_vector().value()
             self._internal.check_signals(f"{name}, mutual pose", at_rest, _NO_WRENCH, mutual)
-            check_half_defined(mutual)
+            if is_set(mutual):
+                check_half_defined(mutual)
         raise SignalError(f"{name}: the references of the hands are not finite.")
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
@@ -269,8 +336,13 @@ class ObjectControl(LeafSystem):
 
     def _mutual_reference(self, context: Context) -> Array:
         motion = np.zeros(FRAME_MOTION_SIZE)
-        motion[:_POSE_SIZE] = self._mutual_pose(context)
+        motion[:POSE_SIZE] = self._mutual_pose(context)
         return motion
+
+    def _release(self, hold: ReferenceHold, context: Context) -> Array:
+        held = context.get_discrete_state(self._grasp).value()[_HELD]
+        opened = context.get_discrete_state(self._opened).value()
+        return hold.release(held, context.get_time(), opened)
 
     def _displacement(self, context: Context) -> Array:
         return self._impedance.displacement(

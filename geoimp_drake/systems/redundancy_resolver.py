@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     DiscreteValues,
     EventStatus,
-    LeafSystem,
     ValueProducer,
 )
 
@@ -19,6 +18,7 @@ from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping, smallest
 from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.laws.redundant_acceleration import redundant_acceleration
 from geoimp_drake.laws.resolved_acceleration import check_regular, resolved_acceleration
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.systems.internal_motion import (
     InternalMotion,
@@ -31,7 +31,7 @@ from geoimp_drake.typing import Array
 __all__ = ["RedundancyResolver"]
 
 
-class RedundancyResolver(LeafSystem):
+class RedundancyResolver(Block):
     """Resolves a task acceleration into joint accelerations.
 
     Six joints: (2.5) α = J⁻¹(a − J̇q̇), exactly. More:
@@ -113,7 +113,7 @@ class RedundancyResolver(LeafSystem):
         # The posture from which targets may start; NaN until the first step. It is not kept at
         # initialization: the joint readings are taken anew in the same instant. Six joints have no
         # internal motion that could need it.
-        start = self.DeclareDiscreteState(np.full(n, np.nan))
+        start = self.declare_state(np.full(n, np.nan))
         if n > TASK_DIMENSION:
             self.DeclareInitializationDiscreteUpdateEvent(self._forget_start_posture)
             self.DeclarePerStepDiscreteUpdateEvent(self._keep_start_posture)
@@ -125,7 +125,7 @@ class RedundancyResolver(LeafSystem):
             ),
             {self.nothing_ticket()},
         )
-        posture = {arm, self.time_ticket(), self.discrete_state_ticket(start)}
+        posture = {arm, self.time_ticket(), self.ticket_of_state(start)}
         six = n == TASK_DIMENSION
         self._internal = self.DeclareCacheEntry(
             "internal motion",

@@ -1,12 +1,14 @@
 """Both hands come to rest when a grasp has opened, and then do what the user has chosen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from geoimp_drake.laws.smooth_rest import smooth_step, stopped
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
@@ -21,9 +23,19 @@ from geoimp_drake.systems.frame_motion import (
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, non_negative, positive
 
-__all__ = ["AFTER_HOLD", "ReferenceHold", "ReferenceHoldConfig"]
+__all__ = [
+    "AFTER_HOLD",
+    "NOTHING_HELD",
+    "ReferenceHold",
+    "ReferenceHoldConfig",
+    "is_held",
+    "is_hold_due",
+]
 
 AFTER_HOLD = ("hold", "release", "retreat")
+
+# Both references at the hold, whether there has been one, and its time [s].
+NOTHING_HELD = np.zeros(2 * FRAME_MOTION_SIZE + 2)
 
 
 @dataclass
@@ -45,7 +57,7 @@ class ReferenceHoldConfig:
         positive(self.retreat_duration, f"{name}.retreat_duration", "s")
 
 
-class ReferenceHold(LeafSystem):
+class ReferenceHold(Block):
     """Passes two reference motions on until a grasp opens; from then on they rest.
 
     At the first sample at which `opened` is set, the references are taken; their velocities then
@@ -88,17 +100,15 @@ class ReferenceHold(LeafSystem):
             for k in (1, 2)
         ]
         self._opened = self.DeclareVectorInputPort("opened", 3)
-        # Both references at the hold, whether there is one, and its time [s].
-        self._nothing = np.zeros(2 * FRAME_MOTION_SIZE + 2)
-        held = self.DeclareDiscreteState(self._nothing)
+        self._held = self.declare_state(NOTHING_HELD)
         opened = self.input_port_ticket(self._opened.get_index())
         for k, port in enumerate(self._references):
             self.DeclareVectorOutputPort(
                 f"held_motion_{k + 1}",
                 frame_motion_vector(),
-                lambda context, output, k=k: output.SetFromVector(self._motion(context, k)),
+                lambda context, output, k=k: output.SetFromVector(self._passed(context, k)),
                 {
-                    self.discrete_state_ticket(held),
+                    self.ticket_of_state(self._held),
                     self.time_ticket(),
                     self.input_port_ticket(port.get_index()),
                     opened,
@@ -108,35 +118,60 @@ class ReferenceHold(LeafSystem):
             "release",
             2,
             self._calc_release,
-            {self.discrete_state_ticket(held), self.time_ticket(), opened},
+            {self.ticket_of_state(self._held), self.time_ticket(), opened},
         )
         self.DeclareInitializationDiscreteUpdateEvent(self._reset)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._hold_if_opened)
 
     def _reset(self, context: Context, state: DiscreteValues) -> None:
-        state.set_value(self._nothing)
+        state.set_value(self._held, NOTHING_HELD)
 
     def _hold_if_opened(self, context: Context, state: DiscreteValues) -> None:
-        if self._time_of_hold(context) is not None or not self._opened.Eval(context)[:2].any():
-            return
-        references = [port.Eval(context) for port in self._references]
-        for port, reference in zip(self._references, references, strict=True):
-            check_frame_motion(reference, f"{self.get_name()}:{port.get_name()}")
-        state.set_value(np.concatenate((*references, [1.0, context.get_time()])))
+        held = state.get_mutable_value(self._held)
+        if is_hold_due(held, self._opened.Eval(context)):
+            references = [port.Eval(context) for port in self._references]
+            self.take(self.get_name(), references, context.get_time(), held)
 
-    def _time_of_hold(self, context: Context) -> float | None:
-        held = context.get_discrete_state_vector().value()
-        return float(held[-1]) if held[-2] else None
-
-    def _motion(self, context: Context, k: int) -> Array:
-        time = self._time_of_hold(context)
-        if time is None:
+    def _passed(self, context: Context, k: int) -> Array:
+        held = context.get_discrete_state(self._held).value()
+        if not is_held(held):
             return self._references[k].Eval(context)
-        held = context.get_discrete_state_vector().value()[:-2].reshape(2, FRAME_MOTION_SIZE)
-        elapsed = context.get_time() - time
-        motion = _stopped_motion(held[k], elapsed, self._config.stop_time)
-        if self._config.after == "retreat" and self._opened.Eval(context)[k]:
-            self._retreat(motion, held[k][POSITION] - held[1 - k][POSITION], elapsed)
+        return self.motion(k, held, context.get_time(), self._opened.Eval(context))
+
+    def _calc_release(self, context: Context, output: BasicVector) -> None:
+        held = context.get_discrete_state(self._held).value()
+        opened = self._opened.Eval(context)
+        output.SetFromVector(self.release(held, context.get_time(), opened))
+
+    def take(self, system: str, references: Sequence[Array], time: float, held: Array) -> None:
+        """Holds both references from now on.
+
+        Args:
+            system: the name in the error.
+            references: of both hands (19).
+            time: of the hold [s].
+            held: where to write (40), see `NOTHING_HELD`.
+
+        Raises:
+            SignalError: a reference is NaN or infinite, or its quaternion is not unit.
+        """
+        for k, reference in enumerate(references, 1):
+            check_frame_motion(reference, f"{system}:reference_motion_{k}")
+        held[:] = np.concatenate((*references, [1.0, time]))
+
+    def motion(self, k: int, held: Array, time: float, opened: Array) -> Array:
+        """Returns the motion (19) of a hand after the hold.
+
+        Args:
+            k: 0 for the first hand, 1 for the second.
+            held: what was held (40).
+            time: [s].
+            opened: of `GraspMonitor` (3).
+        """
+        starts, elapsed = held[:-2].reshape(2, FRAME_MOTION_SIZE), time - held[-1]
+        motion = _stopped_motion(starts[k], elapsed, self._config.stop_time)
+        if self._config.after == "retreat" and opened[k]:
+            self._retreat(motion, starts[k][POSITION] - starts[1 - k][POSITION], elapsed)
         return motion
 
     def _retreat(self, motion: Array, p_other_W: Array, elapsed: float) -> None:
@@ -146,11 +181,36 @@ class ReferenceHold(LeafSystem):
         for part, s in zip((POSITION, LINEAR_VELOCITY, LINEAR_ACCELERATION), step, strict=True):
             motion[part] += s * way
 
-    def _calc_release(self, context: Context, output: BasicVector) -> None:
-        time = self._time_of_hold(context)
-        due = time is not None and context.get_time() - time >= self._config.delay
+    def release(self, held: Array, time: float, opened: Array) -> Array:
+        """Returns 1 for a hand that is to open its gripper, else 0 (2).
+
+        Args:
+            held: what was held (40).
+            time: [s].
+            opened: of `GraspMonitor` (3).
+        """
+        due = is_held(held) and time - held[-1] >= self._config.delay
         asked = due and self._config.after == "release"
-        output.SetFromVector((1.0 - self._opened.Eval(context)[:2]) * float(asked))
+        return (1.0 - opened[:2]) * float(asked)
+
+
+def is_held(held: Array) -> bool:
+    """Whether there has been a hold.
+
+    Args:
+        held: see `NOTHING_HELD` (40).
+    """
+    return bool(held[-2])
+
+
+def is_hold_due(held: Array, opened: Array) -> bool:
+    """Whether a grasp has opened and there has been no hold.
+
+    Args:
+        held: see `NOTHING_HELD` (40).
+        opened: of `GraspMonitor` (3).
+    """
+    return bool(opened[0] or opened[1]) and not is_held(held)
 
 
 def _stopped_motion(held: Array, elapsed: float, time_constant: float) -> Array:

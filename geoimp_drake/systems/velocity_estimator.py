@@ -1,18 +1,19 @@
 """Joint readings as a laboratory takes them: sampled positions, velocities by differencing."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.joint_reading import next_reading
+from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import check_signal
 from geoimp_drake.typing import Array
 
 __all__ = ["VelocityEstimator"]
 
 
-class VelocityEstimator(LeafSystem):
+class VelocityEstimator(Block):
     """Samples the joint state of an arm; its velocity is measured or differenced.
 
     At every sampling instant t_k it reads [q; v] and holds until the next one
@@ -56,13 +57,13 @@ class VelocityEstimator(LeafSystem):
         self._differenced = velocity == "differenced"
         self._state = self.DeclareVectorInputPort("state", 2 * num_positions)
         # The held reading and, last, how many there have been: none, the first, more.
-        held = self.DeclareDiscreteState(2 * num_positions + 1)
+        held = self.declare_state(2 * num_positions + 1)
         self.DeclareVectorOutputPort(
             "estimated_state",
             2 * num_positions,
             self._calc_reading,
             prerequisites_of_calc={
-                self.discrete_state_ticket(held),
+                self.ticket_of_state(held),
                 self.input_port_ticket(self._state.get_index()),
             },
         )

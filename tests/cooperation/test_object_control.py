@@ -28,11 +28,19 @@ from geoimp_drake.systems.frame_motion import (
     pose_of,
 )
 from geoimp_drake.systems.object_control import ObjectControl
+from geoimp_drake.systems.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 
 G = np.array([0.0, 0.0, -9.81])
-BLOCKS = ("kinematics", "impedance", "references", "internal_impedance")
+BLOCKS = (
+    "kinematics",
+    "impedance",
+    "references",
+    "internal_impedance",
+    "grasp_monitor",
+    "hold",
+)
 STEPS = 50
 SAME = 1e-11  # relative to the largest entry of a port
 
@@ -302,6 +310,38 @@ def test_a_stiffness_that_changes_on_the_way_is_followed() -> None:
     constant = fed(Case()).advance(0.05)
     assert largest_difference(*energies) < SAME
     assert np.abs(constant.read("compliant_motion") - energies[0]["compliant_motion"]).max() > 1e-4
+
+
+def let_go(t: float) -> np.ndarray:
+    """Returns the wrench of a hand that carries until it opens at 20 ms."""
+    return np.array([0.5, 0.2, -0.3, 2.0, -1.0, 64.0]) * (t < 0.0195)
+
+
+@pytest.mark.parametrize("after", AFTER_HOLD)
+def test_a_grasp_that_opens_is_the_same(after: str, caplog) -> None:
+    def quick(config: CooperativeControllerConfig) -> None:
+        config.opened = ReferenceHoldConfig(after, 0.01, 0.02, 0.05, 0.05)
+
+    hands = {f"measured_motion_{k + 1}": moving_hand(k) for k in range(2)}
+    rigs = [fed(Case(quick), fused=fused, wrench_2=let_go, **hands) for fused in (True, False)]
+    passed: list[np.ndarray] = []
+    for time in (0.03, *np.arange(0.031, 0.04, 1e-3), 0.06, 0.1):
+        with caplog.at_level("WARNING", logger="drake"):
+            said = [
+                ports(rig.system, rig.system.GetMyContextFromRoot(rig.simulator.get_context()))
+                for rig in (rig.advance(time) for rig in rigs)
+            ]
+        assert largest_difference(*said) < SAME
+        passed.append(said[0]["reference_motion_2"][POSITION])
+    assert len(caplog.records) == 2
+    np.testing.assert_array_equal(said[0]["opened"][:2], [0.0, 1.0])
+    np.testing.assert_array_equal(said[0]["release"], [float(after == "release"), 0.0])
+    assert (np.linalg.norm(passed[-1] - passed[-3]) > 0.04) == (after == "retreat")
+    # Initialized again, nothing has opened.
+    for rig in rigs:
+        rig.simulator.Initialize()
+        np.testing.assert_array_equal(rig.read("opened"), [0.0, 0.0, -1.0])
+        assert not rig.read("release").any()
 
 
 def breaking(good: Signal | np.ndarray, index: int, bad: float) -> Signal:
