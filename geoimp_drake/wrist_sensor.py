@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.errors import ModelError
 from geoimp_drake.kinematic_tree import welded_bodies
+from geoimp_drake.systems.arm_chain import path_to
 from geoimp_drake.systems.force_torque_sensor import (
     ForceTorqueSensor,
     SensorMounting,
@@ -82,6 +83,8 @@ def add_wrist_sensor(
         X_TE=end_effector_frame.CalcPose(context, T.body_frame()),
         gravity=_gravity(plant, T),
         sign=1.0 if T.index() == joint.child_body().index() else -1.0,
+        path=path_to(plant, T.index()),
+        num_states=plant.num_multibody_states(),
     )
     sensor = builder.AddNamedSystem(
         f"{joint.name()}_sensor",
@@ -100,6 +103,8 @@ def add_wrist_sensor(
         "body_spatial_accelerations",
     ):
         builder.Connect(plant.GetOutputPort(port), sensor.GetInputPort(port))
+    if sensor.HasInputPort("state"):
+        builder.Connect(plant.get_state_output_port(), sensor.GetInputPort("state"))
     return sensor
 
 

@@ -6,15 +6,16 @@ Frames: S the sensor, T the tool beyond it, E the end effector, W the world. Flo
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import peak_reading, sensor_reading
+from geoimp_drake.laws.serial_chain import pose_along
 from geoimp_drake.typing import Array
 
-__all__ = ["sensor_sample"]
+__all__ = ["sensor_sample", "sensor_sample_along"]
 
 
 @compilable
 def sensor_sample(
-    raw: Array,
     X_WT: Array,
+    raw: Array,
     motion: Array,
     gain: float,
     resolution: Array,
@@ -34,8 +35,8 @@ def sensor_sample(
     It can if the reaction and the motion are finite; else h is not written.
 
     Args:
-        raw: [moment; force] on the sensor about So with its errors, in S (6,).
         X_WT: pose of the tool in W, [R p] (3, 4).
+        raw: [moment; force] on the sensor about So with its errors, in S (6,).
         motion: of a point of the tool as far as the inertial load is to be removed (19,).
         gain: of the filter; 1 takes the sample as it is.
         resolution: quantisation steps (6,), zero for none.
@@ -55,3 +56,61 @@ def sensor_sample(
     saturates = peak_reading(raw, peak.copy(), limits, peak)
     sensed = sensed_wrench(reading, X_WT, X_TS, p_TE, mass, p_SC_S, I_TC_S, gravity, motion, h)
     return sensed, saturates
+
+
+@compilable
+def sensor_sample_along(
+    path: Array,
+    q: Array,
+    raw: Array,
+    motion: Array,
+    gain: float,
+    resolution: Array,
+    limits: Array,
+    X_TS: Array,
+    p_TE: Array,
+    mass: float,
+    p_SC_S: Array,
+    I_TC_S: Array,
+    gravity: Array,
+    reading: Array,
+    peak: Array,
+    h: Array,
+) -> tuple[bool, bool]:
+    """Does the same for a tool whose pose follows from the positions of the joints before it.
+
+    Args:
+        path: from the world to the tool, see `serial_chain.pose_along` (n + 1, 17).
+        q: joint positions of the whole plant.
+        raw: this and the following ones are those of `sensor_sample`.
+        motion: see there.
+        gain: see there.
+        resolution: see there.
+        limits: see there.
+        X_TS: see there.
+        p_TE: see there.
+        mass: see there.
+        p_SC_S: see there.
+        I_TC_S: see there.
+        gravity: see there.
+        reading: see there.
+        peak: see there.
+        h: see there.
+    """
+    return sensor_sample(
+        pose_along(path, q),
+        raw,
+        motion,
+        gain,
+        resolution,
+        limits,
+        X_TS,
+        p_TE,
+        mass,
+        p_SC_S,
+        I_TC_S,
+        gravity,
+        reading,
+        peak,
+        h,
+    )

@@ -26,7 +26,14 @@ from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations.components import Row, rows, xyz
 from geoimp_drake.typing import Array
 
-__all__ = ["ChainArrays", "chain_coriolis", "chain_dynamics", "chain_motion", "chain_posture"]
+__all__ = [
+    "ChainArrays",
+    "chain_coriolis",
+    "chain_dynamics",
+    "chain_motion",
+    "chain_posture",
+    "pose_along",
+]
 
 Rows = tuple[Row, Row, Row]
 
@@ -61,8 +68,7 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
     s, links, X_WE = np.zeros((n, 6)), np.empty((n, 10)), np.empty((3, 4))
     R, p = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
     for j in range(n):
-        p = _sum(p, _times(R, xyz(arm.X_MF[j, :, 3])))
-        R = _product(R, rows(arm.X_MF[j, :, :3]))
+        R, p = _attached(R, p, arm.X_MF[j])
         axis = xyz(arm.axes[j])
         a = _times(R, axis)
         if arm.turns[j] > 0.0:
@@ -73,12 +79,46 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
             p = _sum(p, _scaled(q[j], a))
             s[j, 3], s[j, 4], s[j, 5] = a
         _write_inertia(arm.masses[j], xyz(arm.centres[j]), rows(arm.inertias[j]), R, p, links[j])
-    R_WE = _product(R, rows(arm.X_ME[:, :3]))
-    p_WE = _sum(p, _times(R, xyz(arm.X_ME[:, 3])))
-    for i in range(3):
-        X_WE[i, 0], X_WE[i, 1], X_WE[i, 2] = R_WE[i]
-        X_WE[i, 3] = p_WE[i]
+    R, p = _attached(R, p, arm.X_ME)
+    _write_pose(R, p, X_WE)
     return s, links, X_WE
+
+
+@compilable
+def pose_along(path: Array, q: Array) -> Array:
+    """Returns the pose X_WB (3, 4) of a body B at the end of a path of joints.
+
+    Args:
+        path: a row for every joint from the world outwards, and one for B (n + 1, 17): the pose
+            X_MF of `ChainArrays` row by row (12), then for a joint its axis in F (3), 1 if it is
+            revolute or 0 if prismatic, and its place in q.
+        q: joint positions, of other joints too [rad, m].
+    """
+    X_WB = np.empty((3, 4))
+    R, p = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
+    for j in range(len(path) - 1):
+        R, p = _attached(R, p, path[j, :12].reshape(3, 4))
+        axis, q_j = xyz(path[j, 12:15]), q[int(path[j, 16])]
+        if path[j, 15] > 0.0:
+            R = _product(R, _turn(axis, q_j))
+        else:
+            p = _sum(p, _scaled(q_j, _times(R, axis)))
+    R, p = _attached(R, p, path[len(path) - 1, :12].reshape(3, 4))
+    _write_pose(R, p, X_WB)
+    return X_WB
+
+
+@compilable
+def _attached(R_WM: Rows, p_WM: Row, X_MF: Array) -> tuple[Rows, Row]:
+    """Returns R_WF and p_WF."""
+    return _product(R_WM, rows(X_MF[:, :3])), _sum(p_WM, _times(R_WM, xyz(X_MF[:, 3])))
+
+
+@compilable
+def _write_pose(R: Rows, p: Row, X: Array) -> None:
+    for i in range(3):
+        X[i, 0], X[i, 1], X[i, 2] = R[i]
+        X[i, 3] = p[i]
 
 
 @compilable

@@ -22,7 +22,8 @@ from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import filter_gain
-from geoimp_drake.laws.sensor_sample import sensor_sample
+from geoimp_drake.laws.sensor_sample import sensor_sample, sensor_sample_along
+from geoimp_drake.laws.serial_chain import pose_along
 from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.counted_noise import CountedNoise
 from geoimp_drake.systems.frame_motion import (
@@ -117,6 +118,8 @@ class SensorMounting:
     X_TE: RigidTransform
     gravity: Array  # in W (3) [m/s²]
     sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
+    path: Array | None = None  # to the tool, see `arm_chain.path_to`; None takes `body_poses`
+    num_states: int = 0  # of the plant, if there is a path
 
 
 class ForceTorqueSensor(Block):
@@ -156,9 +159,13 @@ class ForceTorqueSensor(Block):
         input body_spatial_velocities: for `inertial_load: plant`, list of SpatialVelocity
         input body_spatial_accelerations: for the same, list of SpatialAcceleration
         input reference_motion: for `inertial_load: reference`, the motion that E follows (19)
+        input state: [q; v] of the plant, read in the place of `body_poses`, which costs more (2n)
         output wrench: measured wrench [moment; force] (6) [Nm, N]
         output wrench_true: the same before bias, noise, quantisation, saturation and filter (6)
         output peak_reading: largest reading since the start as a fraction of the range (6)
+
+        Without a path to the tool (other joints than revolute and prismatic ones lead to it) there
+        is no port `state`.
     """
 
     def __init__(
@@ -195,6 +202,7 @@ class ForceTorqueSensor(Block):
         )
         self._constants = (self._resolution, self._range, *self._load)
         self._sampling, self._wrench = compiled(sensor_sample), compiled(sensed_wrench)
+        self._sampling_along, self._pose = compiled(sensor_sample_along), compiled(pose_along)
         self._declare_inputs()
         self._generator = self._declare_generator(config.seed)
         start = np.zeros(6) if initial_wrench is None else initial_wrench
@@ -222,6 +230,8 @@ class ForceTorqueSensor(Block):
         self._velocities = declare("body_spatial_velocities", SpatialVelocity)
         self._accelerations = declare("body_spatial_accelerations", SpatialAcceleration)
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
+        if self._mounting.path is not None:
+            self._state = self.DeclareVectorInputPort("state", self._mounting.num_states)
 
     def _declare_generator(self, seed: int) -> CacheEntry:
         """Declares the generator of the noise, of which each context has its own."""
@@ -240,9 +250,9 @@ class ForceTorqueSensor(Block):
         if state.value(self._memory)[_COUNT] <= 1:
             h[:] = state.value(self._held)
             return
-        reaction, X_WT = self._reaction(context), self._poses.Eval(context)[self._tool_body]
-        motion = self._load_motion(context, X_WT, state.value(self._followed))
-        if not self._wrench(reaction, X_WT.GetAsMatrix34(), *self._load, motion, h):
+        reaction, X_WT = self._reaction(context), self._tool_pose(context)
+        motion = self._load_motion(context, state.value(self._followed))
+        if not self._wrench(reaction, X_WT, *self._load, motion, h):
             self._check(motion, reaction)
 
     def _sample(self, context: Context, state: DiscreteValues) -> None:
@@ -252,15 +262,18 @@ class ForceTorqueSensor(Block):
         memory[_COUNT] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        reaction, X_WT = self._reaction(context), self._poses.Eval(context)[self._tool_body]
+        reaction = self._reaction(context)
         raw = self._with_errors(context, reaction, count) if self._erroneous else reaction
-        motion = self._load_motion(context, X_WT, state.get_mutable_value(self._followed))
+        motion = self._load_motion(context, state.get_mutable_value(self._followed))
         gain = self._gain if count > 1 else 1.0  # the first sample passes through the filter
         reading, peak = memory[_READING], state.get_mutable_value(self._peak)
         h = state.get_mutable_value(self._held)
-        sampled, saturates = self._sampling(
-            raw, X_WT.GetAsMatrix34(), motion, gain, *self._constants, reading, peak, h
-        )
+        rest = raw, motion, gain, *self._constants, reading, peak, h
+        path = self._mounting.path
+        if path is None:
+            sampled, saturates = self._sampling(self._tool_pose(context), *rest)
+        else:
+            sampled, saturates = self._sampling_along(path, self._state.Eval(context), *rest)
         if saturates:
             self._warn(context, raw, peak)
         if not sampled:
@@ -296,7 +309,14 @@ class ForceTorqueSensor(Block):
             return biased
         return biased + self._noise * self._generator.Eval(context).draw(count, 6)
 
-    def _load_motion(self, context: Context, X_WT: RigidTransform, followed: Array) -> Array:
+    def _tool_pose(self, context: Context) -> Array:
+        """Returns X_WT (3, 4)."""
+        if self._mounting.path is not None:
+            return self._pose(self._mounting.path, self._state.Eval(context))
+        poses: list[RigidTransform] = self._poses.Eval(context)
+        return poses[self._tool_body].GetAsMatrix34()
+
+    def _load_motion(self, context: Context, followed: Array) -> Array:
         """Returns the motion with which the tool's inertial load is removed."""
         if self._of_held:
             held: Array = self._reference.Eval(context)
@@ -306,7 +326,7 @@ class ForceTorqueSensor(Block):
         motion, k = np.zeros(FRAME_MOTION_SIZE), self._tool_body
         V, A = self._velocities.Eval(context)[k], self._accelerations.Eval(context)[k]
         motion[0] = 1.0
-        motion[POSITION] = X_WT.translation()
+        motion[POSITION] = self._tool_pose(context)[:, 3]
         motion[ANGULAR_VELOCITY] = V.rotational()
         motion[ANGULAR_ACCELERATION] = A.rotational()
         motion[LINEAR_ACCELERATION] = A.translational()

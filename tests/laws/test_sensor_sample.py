@@ -37,7 +37,7 @@ def test_sample_is_reading_then_peak_then_wrench(law) -> None:
     for seed in range(20):
         raw, X_WT, motion, load = random_sample(seed)
         before, peak_before, h_expected = reading.copy(), peak.copy(), np.empty(6)
-        said.append(law(raw, X_WT, motion, GAIN, RESOLUTION, LIMITS, *load, reading, peak, h))
+        said.append(law(X_WT, raw, motion, GAIN, RESOLUTION, LIMITS, *load, reading, peak, h))
         expected, peak_expected = np.empty((2, 6))
         assert sensor_reading(raw, before, RESOLUTION, LIMITS, GAIN, expected)
         saturates = peak_reading(raw, peak_before, LIMITS, peak_expected)
@@ -56,7 +56,7 @@ def test_what_is_not_finite_is_said_and_not_written(law) -> None:
     for spoilt, saturates in ((raw, False), (motion, True)):
         reading, peak, h = np.zeros((3, 6))
         value, spoilt[7 % len(spoilt)] = spoilt[7 % len(spoilt)], np.nan
-        said = law(raw, X_WT, motion, GAIN, RESOLUTION, LIMITS, *load, reading, peak, h)
+        said = law(X_WT, raw, motion, GAIN, RESOLUTION, LIMITS, *load, reading, peak, h)
         spoilt[7 % len(spoilt)] = value
         assert said == (False, saturates)
         assert not h.any()

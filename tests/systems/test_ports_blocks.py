@@ -74,7 +74,9 @@ def six_joint_model() -> ControlModel:
 
 def held_sensor() -> ForceTorqueSensor:
     identity = RigidTransform()
-    mounting = SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3))
+    # The tool is welded to the world of a plant of one joint.
+    path = np.array([[*identity.GetAsMatrix34().ravel(), *np.zeros(5)]])
+    mounting = SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3), 1.0, path, 2)
     return ForceTorqueSensor(mounting, ToolLoad(), WristSensorConfig())
 
 
@@ -102,7 +104,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
     ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
-    ForceTorqueSensor: (held_sensor, 0),
+    ForceTorqueSensor: (held_sensor, 1),
     FrameMotionSensor: (lambda: FrameMotionSensor(six_joint_plant()[2]), 0),
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),

@@ -1,0 +1,97 @@
+"""The tool's pose from joint positions is the plant's, and the sensor says the same with either."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    BallRpyJoint,
+    FixedOffsetFrame,
+    PrismaticJoint,
+    RevoluteJoint,
+    SpatialInertia,
+    WeldJoint,
+)
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from geoimp_drake import add_wrist_sensor, wrist_sensor
+from geoimp_drake.laws.serial_chain import pose_along
+from geoimp_drake.systems.arm_chain import path_to
+from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
+
+
+def pose(k: float) -> RigidTransform:
+    return RigidTransform(RollPitchYaw(0.3 * k, -0.2 * k, 0.5), [0.1, 0.2 * k, -0.1])
+
+
+def branching_plant(*, reversed_weld: bool = False, ball: bool = False) -> MultibodyPlant:
+    """A track, two hinges and a weld between offset frames, beside another arm."""
+    plant = MultibodyPlant(1e-3)
+    inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    names = ("other", "track", "upper", "lower", "tool")
+    other, track, upper, lower, tool = (plant.AddRigidBody(name, inertia) for name in names)
+    world = plant.world_frame()
+
+    def offset(body, k: float):
+        return plant.AddFrame(FixedOffsetFrame(f"{body.name()}_{k}", body.body_frame(), pose(k)))
+
+    # The other arm's joint comes first: the path's joints do not begin q.
+    plant.AddJoint(RevoluteJoint("beside", world, other.body_frame(), [0.0, 0.0, 1.0]))
+    plant.AddJoint(PrismaticJoint("along", world, offset(track, 1.0), [0.6, 0.0, 0.8]))
+    hinge = [0.0, 0.6, 0.8]
+    plant.AddJoint(RevoluteJoint("shoulder", offset(track, 2.0), offset(upper, 3.0), hinge))
+    ends = offset(upper, 4.0), offset(lower, 5.0)
+    joint = BallRpyJoint("elbow", *ends) if ball else RevoluteJoint("elbow", *ends, [1.0, 0, 0])
+    plant.AddJoint(joint)
+    grip = offset(lower, 6.0), offset(tool, 7.0)
+    plant.AddJoint(WeldJoint("grip", *(grip[::-1] if reversed_weld else grip), pose(8.0)))
+    plant.Finalize()
+    return plant
+
+
+@pytest.mark.parametrize("reversed_weld", [False, True])
+def test_pose_is_the_plants(reversed_weld: bool) -> None:
+    plant = branching_plant(reversed_weld=reversed_weld)
+    context, rng = plant.CreateDefaultContext(), np.random.default_rng(0)
+    for name in ("world", "track", "lower", "tool"):
+        body = plant.GetBodyByName(name)
+        path = path_to(plant, body.index())
+        assert path is not None
+        for _ in range(5):
+            plant.SetPositionsAndVelocities(context, rng.uniform(-2.0, 2.0, 8))
+            x = plant.GetPositionsAndVelocities(context)
+            X_WB = plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34()
+            np.testing.assert_allclose(pose_along(path, x), X_WB, atol=1e-14)
+
+
+def wrenches_on_the_way(config: WristSensorConfig) -> list[np.ndarray]:
+    """Returns what the sensor of a swinging arm says, and what it would without errors."""
+    builder = DiagramBuilder()
+    plant = branching_plant()
+    builder.AddSystem(plant)
+    grip = plant.GetJointByName("grip")
+    E = plant.GetBodyByName("tool").body_frame()
+    sensor = add_wrist_sensor(builder, plant, grip, E, config)
+    simulator = Simulator(builder.Build())
+    root = simulator.get_mutable_context()
+    plant.SetPositions(plant.GetMyMutableContextFromRoot(root), [0.3, 0.1, -0.7, 0.4])
+    simulator.AdvanceTo(0.2)
+    own = sensor.GetMyContextFromRoot(root)
+    return [sensor.GetOutputPort(port).Eval(own).copy() for port in ("wrench", "wrench_true")]
+
+
+@pytest.mark.parametrize("inertial_load", ["none", "plant"])
+def test_the_sensor_says_the_same_with_a_path_and_without(monkeypatch, inertial_load: str) -> None:
+    config = WristSensorConfig(inertial_load=inertial_load)
+    along = wrenches_on_the_way(config)
+    monkeypatch.setattr(wrist_sensor, "path_to", lambda plant, body: None)
+    for ours, others in zip(along, wrenches_on_the_way(config), strict=True):
+        np.testing.assert_allclose(ours, others, atol=1e-11)
+    assert (np.abs(along[0]).max() > 0.5) == (inertial_load == "none")
+
+
+def test_other_joints_have_no_path() -> None:
+    plant = branching_plant(ball=True)
+    assert path_to(plant, plant.GetBodyByName("tool").index()) is None
+    assert path_to(plant, plant.GetBodyByName("upper").index()) is not None
