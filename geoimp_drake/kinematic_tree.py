@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -9,11 +10,15 @@ from pydrake.multibody.tree import (
     Frame,
     Joint,
     ModelInstanceIndex,
+    PrismaticJoint,
+    RevoluteJoint,
     RigidBody,
     WeldJoint,
 )
 
-__all__ = ["Chain", "KinematicTree", "welded_bodies"]
+from geoimp_drake.typing import Array
+
+__all__ = ["Chain", "KinematicTree", "path_to", "welded_bodies"]
 
 # Joints from the base outwards, each with the body on its far side.
 Chain = list[tuple[Joint, RigidBody]]
@@ -29,6 +34,41 @@ def welded_bodies(
     """
     tree = KinematicTree(plant, set(without))
     return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
+
+
+def path_to(plant: MultibodyPlant, body: BodyIndex) -> Array | None:
+    """Returns the joints between the world and a body as `serial_chain.pose_along` takes them.
+
+    Args:
+        plant: finalized.
+        body: of the plant.
+
+    Returns:
+        (n + 1, 17), or None if a joint is neither a weld nor revolute nor prismatic, or was
+        declared from the hand to the base.
+    """
+    rows = []
+    X_MP = RigidTransform()  # of the body before a joint in the frame that moves with it
+    for joint, far in KinematicTree(plant, set()).path_from_world(plant.get_body(body)):
+        X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+        X_MC = joint.frame_on_child().GetFixedPoseInBodyFrame().inverse()
+        if isinstance(joint, WeldJoint):
+            X_PC = X_PF @ joint.X_FM() @ X_MC
+            X_MP @= X_PC if joint.child_body().index() == far.index() else X_PC.inverse()
+            continue
+        if joint.child_body().index() != far.index():
+            return None
+        if isinstance(joint, RevoluteJoint):
+            axis, turns = joint.revolute_axis(), 1.0
+        elif isinstance(joint, PrismaticJoint):
+            axis, turns = joint.translation_axis(), 0.0
+        else:
+            return None
+        X_MF = (X_MP @ X_PF).GetAsMatrix34().ravel()
+        rows.append([*X_MF, *axis, turns, float(joint.position_start())])
+        X_MP = X_MC
+    rows.append([*X_MP.GetAsMatrix34().ravel(), *np.zeros(5)])
+    return np.array(rows)
 
 
 class KinematicTree:

@@ -7,8 +7,7 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, 
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.errors import ModelError
-from geoimp_drake.kinematic_tree import welded_bodies
-from geoimp_drake.systems.arm_chain import path_to
+from geoimp_drake.kinematic_tree import path_to, welded_bodies
 from geoimp_drake.systems.force_torque_sensor import (
     ForceTorqueSensor,
     SensorMounting,

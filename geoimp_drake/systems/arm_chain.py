@@ -1,21 +1,14 @@
-"""Joints as arrays, for the compiled laws of laws/serial_chain.py."""
+"""The control model of an arm as arrays, for the compiled dynamics of laws/serial_chain.py."""
 
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import (
-    BodyIndex,
-    Joint,
-    PrismaticJoint,
-    RevoluteJoint,
-    WeldJoint,
-)
+from pydrake.multibody.tree import Joint, RevoluteJoint
 
 from geoimp_drake.control_model import ControlModel
-from geoimp_drake.kinematic_tree import KinematicTree
 from geoimp_drake.laws.serial_chain import ChainArrays
 
-__all__ = ["chain_arrays", "path_to"]
+__all__ = ["chain_arrays"]
 
 
 def chain_arrays(model: ControlModel) -> ChainArrays:
@@ -42,40 +35,6 @@ def chain_arrays(model: ControlModel) -> ChainArrays:
         friction=model.viscous_friction,
         gravity=plant.gravity_field().gravity_vector() * plant.is_gravity_enabled(instance),
     )
-
-
-def path_to(plant: MultibodyPlant, body: BodyIndex) -> np.ndarray | None:
-    """Returns the joints between the world and a body as `serial_chain.pose_along` takes them.
-
-    Args:
-        plant: finalized.
-        body: of the plant.
-
-    Returns:
-        (n + 1, 17), or None if a joint is neither a weld nor revolute nor prismatic, or was
-        declared from the hand to the base.
-    """
-    rows = []
-    X_MP = RigidTransform()  # of the body before a joint in the frame that moves with it
-    for joint, far in KinematicTree(plant, set()).path_from_world(plant.get_body(body)):
-        X_MF = X_MP @ joint.frame_on_parent().GetFixedPoseInBodyFrame()
-        if isinstance(joint, WeldJoint):
-            X_PC = (
-                joint.frame_on_parent().GetFixedPoseInBodyFrame()
-                @ joint.X_FM()
-                @ _pose_of_link(joint)
-            )
-            X_MP @= X_PC if joint.child_body().index() == far.index() else X_PC.inverse()
-            continue
-        moves_along = isinstance(joint, RevoluteJoint | PrismaticJoint)
-        if not moves_along or joint.child_body().index() != far.index():
-            return None
-        turns = float(isinstance(joint, RevoluteJoint))
-        X_row = X_MF.GetAsMatrix34().ravel()
-        rows.append([*X_row, *_axis(joint), turns, float(joint.position_start())])
-        X_MP = _pose_of_link(joint)
-    rows.append([*X_MP.GetAsMatrix34().ravel(), *np.zeros(5)])
-    return np.array(rows)
 
 
 def _pose_of_link(joint: Joint) -> RigidTransform:

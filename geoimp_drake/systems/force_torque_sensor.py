@@ -118,7 +118,7 @@ class SensorMounting:
     X_TE: RigidTransform
     gravity: Array  # in W (3) [m/s²]
     sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
-    path: Array | None = None  # to the tool, see `arm_chain.path_to`; None takes `body_poses`
+    path: Array | None = None  # to the tool, see `kinematic_tree.path_to`; None takes `body_poses`
     num_states: int = 0  # of the plant, if there is a path
 
 

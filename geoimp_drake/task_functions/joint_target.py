@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.smooth_rest import smooth_step
+from geoimp_drake.laws.joint_target import joint_target
 from geoimp_drake.task_functions.task_function import Instant, TaskValue, joint_index
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive
@@ -53,25 +54,35 @@ class JointTarget:
         positive(duration, "joint target: duration", "s")
         self._index = np.array([joint_index(model, name) for name in joints])
         self._target = self._within_limits(model, target, "target")
-        self._initial = None if initial is None else self._within_limits(model, initial, "initial")
-        self._begin, self._duration = start, duration
+        self._initial: Array | None = None
+        if initial is not None:
+            self._initial = np.zeros(model.num_joints)
+            self._initial[self._index] = self._within_limits(model, initial, "initial")
+        self._law = compiled(joint_target)
+        self._begin, self._duration = start, float(duration)
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives."""
-        q_d, v_d = self.desired(instant)
-        e = instant.q[self._index] - q_d
-        de = instant.v[self._index] - v_d
-        gradient, gradient_rate = np.zeros((2, len(instant.q)))
-        gradient[self._index] = e
-        gradient_rate[self._index] = de
-        return TaskValue(0.5 * float(e @ e), float(e @ de), gradient, gradient_rate)
+        gradient, gradient_rate = np.empty((2, len(instant.q)))
+        start = instant.start_posture if self._initial is None else self._initial
+        elapsed = instant.time - self._begin
+        w, w_dot = self._law(
+            instant.q,
+            instant.v,
+            start,
+            self._index,
+            self._target,
+            elapsed,
+            self._duration,
+            gradient,
+            gradient_rate,
+        )
+        return TaskValue(w, w_dot, gradient, gradient_rate)
 
     def desired(self, instant: Instant) -> tuple[Array, Array]:
         """Returns q_d and q̇_d of the chosen joints."""
-        begin = instant.start_posture[self._index] if self._initial is None else self._initial
-        path = self._target - begin
-        s, ds, _ = smooth_step(instant.time - self._begin, self._duration)
-        return begin + s * path, ds * path
+        task, chosen = self.evaluate(instant), self._index
+        return (instant.q - task.gradient)[chosen], (instant.v - task.gradient_rate)[chosen]
 
     def _within_limits(self, model: ControlModel, value: Array, field: str) -> Array:
         q = finite_vector(np.atleast_1d(value), f"joint target: {field}", len(self._index))

@@ -16,8 +16,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake import add_wrist_sensor, wrist_sensor
+from geoimp_drake.kinematic_tree import path_to
 from geoimp_drake.laws.serial_chain import pose_along
-from geoimp_drake.systems.arm_chain import path_to
 from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
 
 
