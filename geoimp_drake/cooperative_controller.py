@@ -41,8 +41,8 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
-    Each arm is one system, `ArmControl`, and so is the object's part from `kinematics` to
-    `references`, `ObjectControl`, unless `config.fused` is off: the same laws with fewer calls into
+    Each arm is one system, `ArmControl`, and so is the object's part from `kinematics` to `hold`,
+    `ObjectControl`, unless `config.fused` is off: the same laws with fewer calls into
     Python.
 
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
