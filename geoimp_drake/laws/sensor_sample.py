@@ -3,6 +3,8 @@
 Frames: S the sensor, T the tool beyond it, E the end effector, W the world. Floats only.
 """
 
+from typing import Any
+
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import peak_reading, sensor_reading
@@ -59,58 +61,12 @@ def sensor_sample(
 
 
 @compilable
-def sensor_sample_along(
-    path: Array,
-    q: Array,
-    raw: Array,
-    motion: Array,
-    gain: float,
-    resolution: Array,
-    limits: Array,
-    X_TS: Array,
-    p_TE: Array,
-    mass: float,
-    p_SC_S: Array,
-    I_TC_S: Array,
-    gravity: Array,
-    reading: Array,
-    peak: Array,
-    h: Array,
-) -> tuple[bool, bool]:
+def sensor_sample_along(path: Array, q: Array, *rest: Any) -> tuple[bool, bool]:
     """Does the same for a tool whose pose follows from the positions of the joints before it.
 
     Args:
         path: from the world to the tool, see `serial_chain.pose_along` (n + 1, 17).
         q: joint positions of the whole plant.
-        raw: this and the following ones are those of `sensor_sample`.
-        motion: see there.
-        gain: see there.
-        resolution: see there.
-        limits: see there.
-        X_TS: see there.
-        p_TE: see there.
-        mass: see there.
-        p_SC_S: see there.
-        I_TC_S: see there.
-        gravity: see there.
-        reading: see there.
-        peak: see there.
-        h: see there.
+        rest: what `sensor_sample` takes after the pose.
     """
-    return sensor_sample(
-        pose_along(path, q),
-        raw,
-        motion,
-        gain,
-        resolution,
-        limits,
-        X_TS,
-        p_TE,
-        mass,
-        p_SC_S,
-        I_TC_S,
-        gravity,
-        reading,
-        peak,
-        h,
-    )
+    return sensor_sample(pose_along(path, q), *rest)

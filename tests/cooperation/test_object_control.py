@@ -451,6 +451,19 @@ def names_of(system: System) -> tuple[str, ...]:
     return tuple(block.get_name() for block in system.GetSystems())
 
 
+def test_contexts_do_not_meet() -> None:
+    """What the law writes is kept in the context, one for each."""
+    rig = fed(Case()).advance(0.01)
+    before, copy = rig.read("reference_motion_1"), rig.simulator.get_context().Clone()
+    x = copy.get_mutable_continuous_state_vector()
+    x.SetFromVector(x.CopyToVector() + 0.01)
+    assert np.abs(rig.read("reference_motion_1", copy) - before).max() > 0.01
+    np.testing.assert_array_equal(rig.read("reference_motion_1"), before)
+    np.testing.assert_array_equal(
+        rig.read("compliant_motion"), fed(Case()).advance(0.01).read("compliant_motion")
+    )
+
+
 def test_inputs_of_both_forms_are_the_same() -> None:
     inputs = []
     for fused in (True, False):
