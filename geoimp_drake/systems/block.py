@@ -4,7 +4,10 @@ from pydrake.systems.framework import BasicVector, DependencyTicket, DiscreteSta
 
 from geoimp_drake.typing import Array
 
-__all__ = ["Block"]
+__all__ = ["IS_PYBIND11", "Block"]
+
+# What binds Drake to Python.
+IS_PYBIND11 = type(LeafSystem).__name__ == "pybind11_type"
 
 
 class Block(LeafSystem):
@@ -12,11 +15,13 @@ class Block(LeafSystem):
 
     After every step of a discrete plant Drake asks each system again for its witness functions. For
     a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails anew each
-    time and costs as much as a small law. It is found here: as a function of C++ it counts as not
-    overridden, which is remembered.
+    time and costs as much as a small law. Where pybind11 binds Drake to Python it is found here: as
+    a function of C++ it counts as not overridden, which is remembered. nanobind, which binds later
+    Drakes, would call whatever it finds; there nothing is done.
     """
 
-    DoGetWitnessFunctions = LeafSystem.GetWitnessFunctions
+    if IS_PYBIND11:
+        DoGetWitnessFunctions = LeafSystem.GetWitnessFunctions
 
     def declare_state(self, model: Array | BasicVector | int) -> int:
         """Declares a group of discrete state; returns its index.
