@@ -9,14 +9,13 @@ each a mesh of its own: a leaf of Drake's tree holds three, and three sides of a
 box. Where a triangle is wider than what it stands for, the rest of it is inside the wood.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from pydrake.common import MemoryFile
-from pydrake.geometry import InMemoryMesh, Mesh
+from pydrake.geometry import Mesh
 
 from geoimp_drake.diagrams.peg_hole_config import PegHoleConfig
+from geoimp_drake.diagrams.polyhedra import Polyhedra, regular_polygon
 from geoimp_drake.typing import Array
 
 __all__ = ["block_shape", "hole_facets", "peg_volume"]
@@ -28,14 +27,6 @@ _STAGGER = 1e-6
 _SHOWN_SIDES = 64  # of the hole that is drawn and weighed
 
 
-@dataclass
-class _Polyhedra:
-    """Vertices (N×3) and the vertices' numbers of triangles (M×3) or tetrahedra (M×4)."""
-
-    vertices: Array
-    elements: Array
-
-
 def peg_volume(config: PegHoleConfig) -> Mesh:
     """Returns the peg as tetrahedra, in P.
 
@@ -44,14 +35,14 @@ def peg_volume(config: PegHoleConfig) -> Mesh:
     the edge of the mouth presses upon.
     """
     n = config.peg_sides
-    tip = _ring(n, config.peg_circumradius(), 0.0)
+    tip = regular_polygon(n, config.peg_circumradius(), 0.0)
     back = tip - [0.0, 0.0, config.peg_length] - np.outer(np.arange(n), [0.0, 0.0, _STAGGER])
     inner = np.array([[0.0, 0.0, -config.peg_length / 2]])
     skin = np.vstack([_fan(n, 0), _band(n), _fan(n, n)[:, ::-1]])
     apex = np.full((len(skin), 1), 2 * n)
     # Drake wants the first three counterclockwise as the fourth sees them.
-    volume = _Polyhedra(np.vstack([tip, back, inner]), np.hstack([skin[:, ::-1], apex]))
-    return _in_memory(_vtk_text(volume), ".vtk")
+    volume = Polyhedra(np.vstack([tip, back, inner]), np.hstack([skin[:, ::-1], apex]))
+    return volume.tetrahedra("peg")
 
 
 def hole_facets(config: PegHoleConfig) -> dict[str, Mesh]:
@@ -65,9 +56,11 @@ def hole_facets(config: PegHoleConfig) -> dict[str, Mesh]:
         f"mouth{i}": _part(mouth, elements)
         for i, elements in enumerate(np.split(mouth.elements, 4))
     }
-    facets["bottom"] = _Polyhedra(_ring(3, 2 * radius, -config.hole_depth), np.array([[0, 1, 2]]))
+    facets["bottom"] = Polyhedra(
+        regular_polygon(3, 2 * radius, -config.hole_depth), np.array([[0, 1, 2]])
+    )
     facets |= {f"wall{i}": _wall(config, i) for i in range(config.hole_sides)}
-    return {name: _in_memory(_obj_text(facet), ".obj") for name, facet in facets.items()}
+    return {name: facet.triangles(name) for name, facet in facets.items()}
 
 
 def block_shape(config: PegHoleConfig) -> Mesh:
@@ -86,13 +79,7 @@ def block_shape(config: PegHoleConfig) -> Mesh:
         square + _band(4),
         square + _fan(4, 4)[:, ::-1],
     ]
-    return _in_memory(_obj_text(_Polyhedra(vertices, np.vstack(faces))), ".obj")
-
-
-def _ring(n: int, radius: float, z: float) -> Array:
-    """Vertices of a regular polygon, counterclockwise; the middle of its last side is on +x."""
-    angle = 2 * np.pi / n * (np.arange(n) + 0.5)
-    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)])
+    return Polyhedra(vertices, np.vstack(faces)).triangles("block")
 
 
 def _fan(n: int, first: int) -> Array:
@@ -108,51 +95,29 @@ def _band(n: int) -> Array:
     return np.vstack([np.column_stack([i, n + i, j]), np.column_stack([j, n + i, n + j])])
 
 
-def _mouth(n: int, radius: float, width: float) -> _Polyhedra:
+def _mouth(n: int, radius: float, width: float) -> Polyhedra:
     """A square with a hole of n sides, seen from +z: a quarter of the triangles after another."""
-    square = _ring(4, width / np.sqrt(2), 0.0)
+    square = regular_polygon(4, width / np.sqrt(2), 0.0)
     triangles = []
     for corner in range(4):
         first = corner * n // 4
         ring = [(first + k) % n for k in range(n // 4 + 1)]
         triangles += [[a, n + corner, b] for a, b in pairwise(ring)]
         triangles.append([n + corner, n + (corner + 1) % 4, ring[-1]])
-    return _Polyhedra(np.vstack([_ring(n, radius, 0.0), square]), np.array(triangles))
+    return Polyhedra(np.vstack([regular_polygon(n, radius, 0.0), square]), np.array(triangles))
 
 
-def _part(whole: _Polyhedra, elements: Array) -> _Polyhedra:
+def _part(whole: Polyhedra, elements: Array) -> Polyhedra:
     """Some of the elements, with no vertices but theirs."""
     used, numbers = np.unique(elements, return_inverse=True)
-    return _Polyhedra(whole.vertices[used], numbers.reshape(elements.shape))
+    return Polyhedra(whole.vertices[used], numbers.reshape(elements.shape))
 
 
-def _wall(config: PegHoleConfig, i: int) -> _Polyhedra:
+def _wall(config: PegHoleConfig, i: int) -> Polyhedra:
     """One side of the wall, seen from the hole's axis: it is tangent to the hole."""
     angle = 2 * np.pi / config.hole_sides * i
     out = np.array([np.cos(angle), np.sin(angle), 0.0])
     along = config.facet_half_width() * np.array([-np.sin(angle), np.cos(angle), 0.0])
     middle = config.hole_diameter / 2 * out
     point = middle - [0.0, 0.0, config.block_length]
-    return _Polyhedra(np.array([middle - along, middle + along, point]), np.array([[0, 1, 2]]))
-
-
-def _vtk_text(mesh: _Polyhedra) -> str:
-    n = len(mesh.elements)
-    lines = ["# vtk DataFile Version 3.0", "peg", "ASCII", "DATASET UNSTRUCTURED_GRID"]
-    lines += [f"POINTS {len(mesh.vertices)} double", *_rows(mesh.vertices)]
-    lines += [f"CELLS {n} {5 * n}", *(f"4 {row}" for row in _rows(mesh.elements))]
-    return "\n".join([*lines, f"CELL_TYPES {n}", *["10"] * n, ""])
-
-
-def _obj_text(mesh: _Polyhedra) -> str:
-    lines = [f"v {row}" for row in _rows(mesh.vertices)]
-    return "\n".join([*lines, *(f"f {row}" for row in _rows(mesh.elements + 1)), ""])
-
-
-def _rows(table: Array) -> list[str]:
-    return [" ".join(map(repr, row)) for row in table.tolist()]
-
-
-def _in_memory(text: str, extension: str) -> Mesh:
-    file = MemoryFile(text, extension, f"peg_hole{extension}")
-    return Mesh(InMemoryMesh(mesh_file=file))
+    return Polyhedra(np.array([middle - along, middle + along, point]), np.array([[0, 1, 2]]))

@@ -21,8 +21,8 @@ from pydrake.geometry import (
     AddContactMaterial,
     AddRigidHydroelasticProperties,
     Box,
-    Cylinder,
     GeometryId,
+    Mesh,
     ProximityProperties,
 )
 from pydrake.math import RigidTransform
@@ -35,6 +35,7 @@ from pydrake.multibody.tree import (
     SpatialInertia,
 )
 
+from geoimp_drake.diagrams.polyhedra import Polyhedra, regular_polygon
 from geoimp_drake.diagrams.surface_config import (
     DISK_RADIUS,
     SURFACES,
@@ -137,7 +138,7 @@ def add_disk_contact(
         friction: Coulomb's μ [-]. Drake takes the harmonic mean with the surface's: give the same.
         radius: [m].
         thickness: [m].
-        resolution_hint: [m] edge length of the disk's mesh. At 0.05 the disk is a heptagon; the
+        resolution_hint: [m] length of the disk's edges at most. At 0.05 it is a heptagon; the
             surfaces are calibrated for it, and finer ones feel stiffer and cost more.
 
     Raises:
@@ -151,10 +152,24 @@ def add_disk_contact(
     AddContactMaterial(friction=CoulombFriction(friction, friction), properties=properties)
     # Drake adds the relaxation times of both sides, and its default would drown the layer's.
     properties.AddProperty("material", "relaxation_time", 0.0)
-    X_DC = RigidTransform(np.array([0.0, 0.0, -thickness / 2]))
     return plant.RegisterCollisionGeometry(
-        body, X_BD @ X_DC, Cylinder(radius, thickness), "disk", properties
+        body, X_BD, _flat_cone(radius, thickness, resolution_hint), "disk", properties
     )
+
+
+def _flat_cone(radius: float, height: float, edge: float) -> Mesh:
+    """Returns a disk for contact: a polygon at z = 0, and a point behind it.
+
+    The sides of a cylinder sink into the surface, and each makes faces there that carry nothing;
+    the sides of a cone look away from it, and Drake leaves them out.
+    """
+    n = max(3, int(np.ceil(2 * np.pi * radius / edge)))
+    middle, point = n, n + 1
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    front = np.column_stack([np.full(n, middle), i, j])
+    sides = np.column_stack([np.full(n, point), j, i])
+    vertices = [*regular_polygon(n, radius, 0.0), np.zeros(3), np.array([0.0, 0.0, -height])]
+    return Polyhedra(np.array(vertices), np.vstack([front, sides])).triangles("disk")
 
 
 def _plate_pose(config: SurfaceConfig) -> RigidTransform:

@@ -32,12 +32,12 @@ class SurfaceConfig:
     size: np.ndarray = field(default_factory=lambda: np.array([0.4, 0.4, 0.04]))  # [m] x, y, z of S
     # [m] x, y of the plate's middle in S. Its mesh is cut along the diagonals of the front: a disk
     # beside them makes a third of the faces and costs half.
-    centre: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.09]))
+    centre: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.11]))
     layer_stiffness: float = 6e4  # k_h [N/m] under the whole disk
     relaxation_time: float = 0.005  # [s] damping over stiffness of the layer
     mount_stiffness: float = 12363.0  # [N/m] along every axis
     mount_damping: float = 156.0  # [Ns/m]
-    mount_tilt_stiffness: float = 67.9  # [Nm/rad] about every axis
+    mount_tilt_stiffness: float = 66.9  # [Nm/rad] about every axis
     mount_tilt_damping: float = 1.33  # [Nms/rad]
     plate_mass: float = 1.0  # [kg]
     friction: float = 0.3  # [-] Coulomb's μ, static and dynamic; give the disk the same
@@ -98,7 +98,7 @@ def cardboard() -> SurfaceConfig:
         layer_stiffness=4e4,
         mount_stiffness=5848.0,
         mount_damping=107.0,
-        mount_tilt_stiffness=73.6,
+        mount_tilt_stiffness=71.1,
         mount_tilt_damping=1.39,
         appearance="carton",
         color=np.array([0.76, 0.60, 0.42, 1.0]),

@@ -17,6 +17,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.diagrams.press import PressRig, press_test
 from geoimp_drake.diagrams.surface import (
+    DISK_RADIUS,
     SURFACES,
     SurfaceConfig,
     add_disk_contact,
@@ -49,8 +50,29 @@ def test_surface_has_the_stiffness_of_the_chapter(name: str, normal: float, tilt
         f"at {result.preload:.2f} N, {1e3 * result.depth:.2f} mm"
     )
     assert result.preload == pytest.approx(30.0, abs=0.1)
-    assert result.normal_stiffness == pytest.approx(normal, rel=0.1)
-    assert result.tilt_stiffness == pytest.approx(np.full(2, tilt), rel=0.1)
+    assert result.normal_stiffness == pytest.approx(normal, rel=0.005)
+    assert result.tilt_stiffness == pytest.approx(np.full(2, tilt), rel=0.005)
+
+
+@pytest.mark.parametrize("tilt", [0.0, np.deg2rad(0.3)])
+@pytest.mark.parametrize(("mesh", "sides"), [(0.05, 7), (0.025, 14)])
+def test_disk_touches_with_its_front_alone(tilt: float, mesh: float, sides: int) -> None:
+    rig = PressRig(plexiglas(), disk_mesh=mesh)
+    rig.press(0.005, np.array([tilt, 0.0, 0.0]))
+    results = rig.plant.get_contact_results_output_port().Eval(rig.plant_context)
+    faces = results.hydroelastic_contact_info(0).contact_surface().poly_mesh_W()
+    assert faces.num_faces() == sides
+    area = sum(faces.area(i) for i in range(sides))
+    assert area == pytest.approx(sides / 2 * DISK_RADIUS**2 * np.sin(2 * np.pi / sides))
+
+
+def test_stiffness_does_not_depend_on_the_disks_roll() -> None:
+    rig = PressRig(plexiglas())
+    moments = []
+    for angle in np.linspace(0.0, 2 * np.pi, 9):
+        axis = np.array([np.cos(angle), np.sin(angle), 0.0])
+        moments.append(axis @ rig.press(0.003, np.deg2rad(0.5) * axis)[:3])
+    assert np.ptp(moments) < 1e-3 * np.mean(moments)
 
 
 @pytest.mark.parametrize("X_WS", POSES)

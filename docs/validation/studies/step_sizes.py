@@ -147,9 +147,9 @@ def draw(axes: Any, name: str, rows: list[Row]) -> None:
             ha="center",
         )
     axes.margins(0.2)
-    axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], labels=["0.25", "0.5", "1", "2", "4"])
+    axes.set_xticks([0.125, 0.25, 0.5, 1.0, 2.0], labels=["0.125", "0.25", "0.5", "1", "2"])
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xlim(0.2, 4.2)
+    axes.set_xlim(0.1, 2.1)
     axes.set_title(name)
     axes.set_xlabel("wall time over simulated time [-]")
     axes.set_ylabel("relative error against 0.25 ms [-]")
