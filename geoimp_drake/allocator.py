@@ -1,26 +1,27 @@
-"""Drake's steps allocate much: a program may ask glibc to keep more of what was freed at hand."""
+"""Drake's steps allocate much: a program may ask glibc to manage its memory for that."""
 
 import os
 import sys
 from collections.abc import Mapping
 
-__all__ = ["restart_with_larger_caches"]
+__all__ = ["restart_with_settings"]
 
 _VARIABLE = "GLIBC_TUNABLES"
 
-# Freed blocks of a size that a thread keeps at hand; glibc keeps 7 by itself. A step in contact
-# frees hundreds at once.
-_BLOCKS = 1000
+# How many freed blocks of a size a thread keeps at hand; glibc keeps 7 by itself, and a step in
+# contact frees hundreds at once. Large pages where the kernel has them: what a step touches lies
+# scattered over many small ones.
+_SETTINGS = "glibc.malloc.tcache_count=1000:glibc.malloc.hugetlb=1"
 
 
-def restart_with_larger_caches() -> None:
-    """Starts this program anew, in the same process, with larger caches of freed memory.
+def restart_with_settings() -> None:
+    """Starts this program anew, in the same process, with glibc's allocator set for simulations.
 
-    glibc reads this setting only when a program starts. Nothing is done with another C library, or
+    glibc reads its settings only when a program starts. Nothing is done with another C library, or
     if the environment variable GLIBC_TUNABLES or LD_PRELOAD is set: somebody has chosen.
     """
     if _is_glibc() and not {_VARIABLE, "LD_PRELOAD"} & os.environ.keys():
-        _restart({**os.environ, _VARIABLE: f"glibc.malloc.tcache_count={_BLOCKS}"})
+        _restart({**os.environ, _VARIABLE: _SETTINGS})
 
 
 def _restart(environment: Mapping[str, str]) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.allocator import restart_with_larger_caches
+from geoimp_drake.allocator import restart_with_settings
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 
 __all__ = ["main", "program"]
@@ -24,9 +24,9 @@ _SIMULATING = {"run", "compare", "sweep", "reproduce", "bench"}
 
 
 def program() -> int:
-    """Runs the command line as a program; what simulates gets larger caches of memory."""
+    """Runs the command line as a program; what simulates gets its own settings of the allocator."""
     if _SIMULATING.intersection(sys.argv[1:2]):
-        restart_with_larger_caches()
+        restart_with_settings()
     return main()
 
 

@@ -7,13 +7,13 @@ import sys
 import pytest
 
 from geoimp_drake import allocator, cli
-from geoimp_drake.allocator import restart_with_larger_caches
+from geoimp_drake.allocator import restart_with_settings
 
-SHOWN = "glibc.malloc.tcache_count=1000"
+SHOWN = "glibc.malloc.tcache_count=1000:glibc.malloc.hugetlb=1"
 PROGRAM = (
     "import os, sys\n"
-    "from geoimp_drake.allocator import restart_with_larger_caches\n"
-    "restart_with_larger_caches()\n"
+    "from geoimp_drake.allocator import restart_with_settings\n"
+    "restart_with_settings()\n"
     "print(os.environ.get('GLIBC_TUNABLES'), *sys.argv[1:])\n"
 )
 
@@ -52,13 +52,13 @@ def test_another_c_library_is_left_alone(monkeypatch) -> None:
     monkeypatch.delenv("LD_PRELOAD", raising=False)
     monkeypatch.setattr(os, "confstr", unknown)
     monkeypatch.setattr(os, "execve", lambda *_: pytest.fail("started anew"))
-    restart_with_larger_caches()
+    restart_with_settings()
 
 
 @pytest.mark.parametrize(("command", "anew"), [("run", 1), ("bench", 1), ("list", 0)])
 def test_what_simulates_is_started_anew(monkeypatch, command: str, anew: int) -> None:
     started = []
-    monkeypatch.setattr(cli, "restart_with_larger_caches", lambda: started.append(command))
+    monkeypatch.setattr(cli, "restart_with_settings", lambda: started.append(command))
     monkeypatch.setattr(cli, "main", lambda: 0)
     monkeypatch.setattr(sys, "argv", ["geoimp", command])
     assert cli.program() == 0

@@ -121,7 +121,7 @@ def redundant_arm_torque(
     u: Array,
     gradient: Array,
     gradient_rate: Array,
-    report: Array,
+    error: Array,
     K_n: Array,
     k_beta: float,
     weights: Array,
@@ -143,7 +143,7 @@ def redundant_arm_torque(
         u: τ (n,), where to write [Nm, N].
         gradient: of the task function (n,).
         gradient_rate: its rate along the arm's motion (n,).
-        report: where to write the smallest singular value of J, then e_n of (3.37) (1 + n,).
+        error: where to write e_n of (3.37) (n,).
         K_n: gain of e_n (n, n).
         k_beta: gain of the task function.
         weights: a constant W and its inverse (2, n, n).
@@ -162,7 +162,7 @@ def redundant_arm_torque(
     if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
         return False
     B, dB, Cv, g = chain_dynamics(chain, s, links, v)
-    sigma, B_inverse, J_pinv, N, beta, e_n = internal_error(
+    B_inverse, J_pinv, N, beta, e_n = internal_error(
         J, B, weights[1], weighs_by_inertia, threshold, factor, k_beta, gradient, v
     )
     W, W_inverse, dW = weights[0], weights[1], np.zeros((n, n))
@@ -187,6 +187,5 @@ def redundant_arm_torque(
         C_e,
     )
     alpha = redundant_acceleration(J_pinv, a, Jdot_v, alpha_n)
-    report[0] = sigma
-    report[1:] = e_n
+    error[:] = e_n
     return actuation(B, alpha, Cv, chain.friction * v, g, J, h, actuation_order, u)

@@ -13,6 +13,7 @@ __all__ = [
     "SingularityDamping",
     "damped_pseudo_inverse",
     "pseudo_inverse_with",
+    "singular_value_or_bound",
     "smallest_singular_value",
 ]
 
@@ -51,6 +52,41 @@ def smallest_singular_value(J: Array) -> float:
     return float(np.linalg.norm(J, -2))
 
 
+@compilable
+def singular_value_or_bound(J: Array, threshold: float) -> float:
+    """Returns what tells whether the smallest singular value σ of J (6, n) reaches a threshold.
+
+    That is σ itself or, much sooner and nearly always, a lower bound of it at or above the
+    threshold. Floats only.
+    """
+    bound = _lower_bound(J)
+    return bound if bound >= threshold else smallest_singular_value(J)
+
+
+@compilable
+def _lower_bound(J: Array) -> float:
+    """Returns 1/‖L⁻¹‖_F of JJᵀ = LLᵀ, which is between σ/√6 and σ; zero where there is no L."""
+    L, m = J @ J.T, len(J)
+    for j in range(m):
+        for k in range(j):
+            for i in range(j, m):
+                L[i, j] -= L[i, k] * L[j, k]
+        if not L[j, j] > 0.0:
+            return 0.0
+        pivot = np.sqrt(L[j, j])
+        for i in range(j, m):
+            L[i, j] /= pivot
+    column, squares = np.empty(m), 0.0
+    for j in range(m):  # the columns of L⁻¹
+        for i in range(j, m):
+            rest = 1.0 if i == j else 0.0
+            for k in range(j, i):
+                rest -= L[i, k] * column[k]
+            column[i] = rest / L[i, i]
+            squares += column[i] ** 2
+    return 1.0 / np.sqrt(squares)
+
+
 def damped_pseudo_inverse(
     J: Array, W_inverse: Array, sigma: float, damping: SingularityDamping
 ) -> tuple[Array, Array]:
@@ -64,7 +100,7 @@ def damped_pseudo_inverse(
     Args:
         J: Jacobian of the end effector (6, n), its rows [angular; linear], in W.
         W_inverse: inverse of the weight, symmetric positive definite (n, n).
-        sigma: smallest singular value of J.
+        sigma: smallest singular value of J, or a lower bound of it that reaches the threshold.
         damping: threshold σ₀ and factor λ₀.
     """
     return pseudo_inverse_with(J, W_inverse, sigma, damping.threshold, damping.factor)

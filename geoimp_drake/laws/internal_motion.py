@@ -6,7 +6,7 @@ The Coriolis forces of (3.38) depend on the error (3.37), so there are two parts
 import numpy as np
 
 from geoimp_drake.compiled import compilable
-from geoimp_drake.laws.damped_pseudo_inverse import pseudo_inverse_with, smallest_singular_value
+from geoimp_drake.laws.damped_pseudo_inverse import pseudo_inverse_with, singular_value_or_bound
 from geoimp_drake.laws.geometric_jacobian import jacobian_rate
 from geoimp_drake.laws.null_space_acceleration import null_space_acceleration
 from geoimp_drake.laws.null_space_velocity import null_space_velocity_error
@@ -28,8 +28,8 @@ def internal_error(
     k_beta: float,
     gradient: Array,
     v: Array,
-) -> tuple[float, Array, Array, Array, Array, Array]:
-    """Returns σ, B⁻¹, J† of (3.33), N = I − J†J, β of (3.39) and e_n of (3.37).
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Returns B⁻¹, J† of (3.33), N = I − J†J, β of (3.39) and e_n of (3.37).
 
     Args:
         J: Jacobian (6, n).
@@ -42,12 +42,12 @@ def internal_error(
         gradient: of the task function (n,).
         v: joint velocity (n,).
     """
-    sigma, B_inverse = smallest_singular_value(J), np.linalg.inv(B)
+    sigma, B_inverse = singular_value_or_bound(J, threshold), np.linalg.inv(B)
     # One memory layout for both, which a compiler wants.
     W_inverse = np.ascontiguousarray(B_inverse if weighs_by_inertia else W_inverse)
     J_pinv, N = pseudo_inverse_with(J, W_inverse, sigma, threshold, factor)
     beta = task_velocity(k_beta, B_inverse, gradient)
-    return sigma, B_inverse, J_pinv, N, beta, null_space_velocity_error(N, beta, v)
+    return B_inverse, J_pinv, N, beta, null_space_velocity_error(N, beta, v)
 
 
 @compilable

@@ -198,16 +198,16 @@ class ArmControl(Block):
         self._evaluate(context, output.get_mutable_value())
 
     def _evaluate(self, context: Context, u: Array) -> tuple[Array, float]:
-        """Writes the torques; returns [σ; e_n] and w, or nothing and zero for six joints."""
+        """Writes the torques; returns e_n and w, both zero for six joints."""
         reading = self._reading(context)
         signals = reading, self._reference.Eval(context), self._wrench.Eval(context), u
         if not self._is_redundant:
             self._resolve(signals)
-            return self._none[:0], 0.0
-        report = np.empty(1 + len(self._none))
+            return self._none, 0.0
+        error = np.empty_like(self._none)
         w, gradient, gradient_rate = self._task_value(context, reading)
-        self._resolve(signals, gradient, gradient_rate, report, *self._internal)
-        return report, w
+        self._resolve(signals, gradient, gradient_rate, error, *self._internal)
+        return error, w
 
     def _resolve(self, signals: tuple[Array, ...], *internal: Array) -> None:
         try:
@@ -244,14 +244,13 @@ class ArmControl(Block):
         return ArmState(x[:n], x[n:], *self._quantities(x[:n], x[n:], *self._chain))
 
     def _calc_report(self, context: Context, value: AbstractValue) -> None:
+        error, w = self._none, 0.0
         if self._is_redundant:
-            report, w = self._evaluate(context, np.empty_like(self._none))
-            value.set_value((report[:1], report[1:], np.array([w])))
-        else:
-            reading = self._reading(context)[: 2 * TASK_DIMENSION]
-            self._check_reading(reading)
-            sigma = smallest_singular_value(self._arm(reading).Jv_V_WE)
-            value.set_value((np.array([sigma]), self._none, np.zeros(1)))
+            error, w = self._evaluate(context, np.empty_like(self._none))
+        reading = self._reading(context)[: 2 * len(self._none)]
+        self._check_reading(reading)
+        sigma = smallest_singular_value(self._arm(reading).Jv_V_WE)
+        value.set_value((np.array([sigma]), error, np.array([w])))
 
     def _part_of_report(self, k: int) -> Callable[[Context, BasicVector], None]:
         def calc(context: Context, output: BasicVector) -> None:

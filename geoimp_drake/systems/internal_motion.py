@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context
 from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping, smallest_singular_value
 from geoimp_drake.laws.internal_motion import internal_acceleration, internal_error
 from geoimp_drake.laws.null_space_acceleration import coriolis_product
 from geoimp_drake.systems.arm_derivatives import coriolis_forces, inertia_rate
@@ -26,11 +26,16 @@ __all__ = ["InternalMotion", "InternalMotionGains", "evaluate_internal_motion"]
 class InternalMotion:
     """What (3.32) needs besides the task acceleration, and what there is to report."""
 
+    J: Array  # (6×n)
     J_pinv: Array  # J† (n×6)
     alpha_n: Array  # (n)
     null_space_error: Array  # e_n (n)
-    smallest_singular_value: float  # of J
     task_value: float  # w
+
+    @property
+    def smallest_singular_value(self) -> float:
+        """That of J."""
+        return smallest_singular_value(self.J)
 
 
 @dataclass(slots=True)
@@ -41,7 +46,7 @@ class InternalMotionGains:
     k_beta: float  # gain of the task function
     weight: tuple[Array, Array, Array] | None  # W, W⁻¹ and Ẇ = 0; None is W = B  (3.36)
     damping: SingularityDamping
-    error: Callable[..., tuple[float, Array, Array, Array, Array, Array]] = field(
+    error: Callable[..., tuple[Array, Array, Array, Array, Array]] = field(
         default_factory=lambda: compiled(internal_error)
     )
     acceleration: Callable[..., Array] = field(
@@ -96,7 +101,7 @@ def evaluate_internal_motion(
         Instant(time, arm.q, v, start_posture, lambda: arm, lambda: scratch)
     )
     # (3.33), (3.39), (3.37)
-    sigma, B_inverse, J_pinv, N, beta, e_n = gains.error(
+    B_inverse, J_pinv, N, beta, e_n = gains.error(
         J,
         arm.B,
         gains.weight[1] if gains.weight else arm.B,
@@ -126,4 +131,4 @@ def evaluate_internal_motion(
         gains.K_n @ e_n,
         C_e,
     )
-    return InternalMotion(J_pinv, alpha_n, e_n, sigma, task.value)
+    return InternalMotion(J, J_pinv, alpha_n, e_n, task.value)

@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.control_model import TASK_DIMENSION, ControlModel
-from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping, smallest_singular_value
+from geoimp_drake.laws.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.laws.motion_vector import is_finite
 from geoimp_drake.laws.redundant_acceleration import redundant_acceleration
 from geoimp_drake.laws.resolved_acceleration import check_regular, resolved_acceleration
@@ -180,9 +180,8 @@ class RedundancyResolver(Block):
             raise
 
     def _report_six(self, context: Context, value: AbstractValue) -> None:
-        sigma = smallest_singular_value(self._arm.Eval(context).Jv_V_WE)
-        none = np.zeros(TASK_DIMENSION)
-        value.set_value(InternalMotion(np.empty((0, 0)), none, none, sigma, 0.0))
+        J, none = self._arm.Eval(context).Jv_V_WE, np.zeros(TASK_DIMENSION)
+        value.set_value(InternalMotion(J, np.empty((0, 0)), none, none, 0.0))
 
     def _calc_redundant(self, context: Context, output: BasicVector) -> None:
         arm, a = self._arm.Eval(context), self._task_acceleration(context)

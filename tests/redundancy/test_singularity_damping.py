@@ -7,6 +7,7 @@ from redundant_arms import Resolver, arm_at, generated_arm, random_states, track
 from geoimp_drake.laws.damped_pseudo_inverse import (
     SingularityDamping,
     damped_pseudo_inverse,
+    singular_value_or_bound,
     smallest_singular_value,
 )
 from geoimp_drake.laws.pseudo_inverse import null_space_projector, weighted_pseudo_inverse
@@ -34,6 +35,24 @@ def damped(J: np.ndarray, W_inverse: np.ndarray, damping=DAMPING):
 def test_scenario_is_a_singularity() -> None:
     assert smallest_singular_value(near_singular(0.0)) < 1e-12
     assert smallest_singular_value(near_singular(0.5)) > 0.05
+
+
+def test_bound_of_the_singular_value_is_near_it_and_below() -> None:
+    for state in random_states(TRACK, 20):
+        J = arm_at(TRACK, state).Jv_V_WE
+        sigma, bound = smallest_singular_value(J), singular_value_or_bound(J, 0.0)
+        assert sigma / np.sqrt(6.0) <= bound <= sigma
+        assert singular_value_or_bound(J, bound) == bound
+        assert singular_value_or_bound(J, np.nextafter(bound, 1.0)) == sigma
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-9, 1e-4])
+def test_near_a_singularity_the_singular_value_itself_is_taken(distance: float) -> None:
+    J = near_singular(distance)
+    assert singular_value_or_bound(J, 0.01) == smallest_singular_value(J)
+    lost = J.copy()
+    lost[2] = 0.0
+    assert singular_value_or_bound(lost, 0.01) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_reported_singular_value_is_that_of_the_jacobian() -> None:
