@@ -6,6 +6,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from geoimp_drake.kinematic_tree import path_to
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
 
@@ -36,7 +37,8 @@ def true_motion(
     builder: DiagramBuilder, plant: MultibodyPlant, frame: Frame, name: str
 ) -> OutputPort:
     """Adds a system `name` that reads the motion of a frame from the plant; returns its port."""
-    sensor = builder.AddNamedSystem(name, FrameMotionSensor(frame))
-    for port in FrameMotionSensor.PLANT_PORTS:
-        builder.Connect(plant.GetOutputPort(port), sensor.GetInputPort(port))
+    sensor = builder.AddNamedSystem(name, FrameMotionSensor(frame, path_to(plant, frame)))
+    for k in range(sensor.num_input_ports()):
+        port = sensor.get_input_port(k)
+        builder.Connect(plant.GetOutputPort(port.get_name()), port)
     return sensor.GetOutputPort("motion")

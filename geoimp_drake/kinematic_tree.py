@@ -36,20 +36,20 @@ def welded_bodies(
     return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
 
 
-def path_to(plant: MultibodyPlant, body: BodyIndex) -> Array | None:
-    """Returns the joints between the world and a body as `serial_chain.pose_along` takes them.
+def path_to(plant: MultibodyPlant, frame: Frame) -> Array | None:
+    """Returns the joints between the world and a frame as `path_motion.pose_along` takes them.
 
     Args:
         plant: finalized.
-        body: of the plant.
+        frame: fixed in a body of the plant.
 
     Returns:
-        (n + 1, 17), or None if a joint is neither a weld nor revolute nor prismatic, or was
+        (n + 1, 18), or None if a joint is neither a weld nor revolute nor prismatic, or was
         declared from the hand to the base.
     """
     rows = []
     X_MP = RigidTransform()  # of the body before a joint in the frame that moves with it
-    for joint, far in KinematicTree(plant, set()).path_from_world(plant.get_body(body)):
+    for joint, far in KinematicTree(plant, set()).path_from_world(frame.body()):
         X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
         X_MC = joint.frame_on_child().GetFixedPoseInBodyFrame().inverse()
         if isinstance(joint, WeldJoint):
@@ -65,9 +65,11 @@ def path_to(plant: MultibodyPlant, body: BodyIndex) -> Array | None:
         else:
             return None
         X_MF = (X_MP @ X_PF).GetAsMatrix34().ravel()
-        rows.append([*X_MF, *axis, turns, float(joint.position_start())])
+        places = float(joint.position_start()), float(joint.velocity_start())
+        rows.append([*X_MF, *axis, turns, *places])
         X_MP = X_MC
-    rows.append([*X_MP.GetAsMatrix34().ravel(), *np.zeros(5)])
+    X_MP @= frame.GetFixedPoseInBodyFrame()
+    rows.append([*X_MP.GetAsMatrix34().ravel(), *np.zeros(6)])
     return np.array(rows)
 
 

@@ -82,7 +82,7 @@ def add_wrist_sensor(
         X_TE=end_effector_frame.CalcPose(context, T.body_frame()),
         gravity=_gravity(plant, T),
         sign=1.0 if T.index() == joint.child_body().index() else -1.0,
-        path=path_to(plant, T.index()),
+        path=path_to(plant, T.body_frame()),
         num_states=plant.num_multibody_states(),
     )
     sensor = builder.AddNamedSystem(

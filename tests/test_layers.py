@@ -46,7 +46,7 @@ ALLOWED = {
     # Nothing in it computes a control law, and it knows no particular experiment.
     "simulation": FOUNDATIONS | {"scenario", "simulation", "systems"},
     "models": FOUNDATIONS | {"models"},
-    "diagrams": RUNNING,
+    "diagrams": RUNNING | {"kinematic_tree"},
     "allocator": set(),
     "cli": RUNNING | {"__init__", "allocator"},
 }

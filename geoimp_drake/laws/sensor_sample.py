@@ -6,9 +6,9 @@ Frames: S the sensor, T the tool beyond it, E the end effector, W the world. Flo
 from typing import Any
 
 from geoimp_drake.compiled import compilable
+from geoimp_drake.laws.path_motion import pose_along
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import peak_reading, sensor_reading
-from geoimp_drake.laws.serial_chain import pose_along
 from geoimp_drake.typing import Array
 
 __all__ = ["sensor_sample", "sensor_sample_along"]
@@ -65,7 +65,7 @@ def sensor_sample_along(path: Array, q: Array, *rest: Any) -> tuple[bool, bool]:
     """Does the same for a tool whose pose follows from the positions of the joints before it.
 
     Args:
-        path: from the world to the tool, see `serial_chain.pose_along` (n + 1, 17).
+        path: from the world to the tool, see `path_motion.pose_along` (n + 1, 18).
         q: joint positions of the whole plant.
         rest: what `sensor_sample` takes after the pose.
     """

@@ -17,13 +17,27 @@ xx, yy, zz, xy, yz, zx of its rotational inertia about W's origin. Small vectors
 compiled, they cost nothing. Floats only.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations.components import Row, rows, xyz
+from geoimp_drake.rotations.tuples import (
+    ORIGIN,
+    UNTURNED,
+    Rows,
+    attached,
+    crossed,
+    dot,
+    plus,
+    product,
+    scaled,
+    times,
+    transposed,
+    turn,
+    write_pose,
+)
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -32,10 +46,7 @@ __all__ = [
     "chain_dynamics",
     "chain_motion",
     "chain_posture",
-    "pose_along",
 ]
-
-Rows = tuple[Row, Row, Row]
 
 
 class ChainArrays(NamedTuple):
@@ -66,59 +77,22 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
     """
     n = len(q)
     s, links, X_WE = np.zeros((n, 6)), np.empty((n, 10)), np.empty((3, 4))
-    R, p = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
+    R, p = UNTURNED, ORIGIN
     for j in range(n):
-        R, p = _attached(R, p, arm.X_MF[j])
+        R, p = attached(R, p, arm.X_MF[j])
         axis = xyz(arm.axes[j])
-        a = _times(R, axis)
+        a = times(R, axis)
         if arm.turns[j] > 0.0:
-            R = _product(R, _turn(axis, q[j]))
+            R = product(R, turn(axis, q[j]))
             s[j, 0], s[j, 1], s[j, 2] = a
-            s[j, 3], s[j, 4], s[j, 5] = _cross(p, a)
+            s[j, 3], s[j, 4], s[j, 5] = crossed(p, a)
         else:
-            p = _sum(p, _scaled(q[j], a))
+            p = plus(p, scaled(q[j], a))
             s[j, 3], s[j, 4], s[j, 5] = a
         _write_inertia(arm.masses[j], xyz(arm.centres[j]), rows(arm.inertias[j]), R, p, links[j])
-    R, p = _attached(R, p, arm.X_ME)
-    _write_pose(R, p, X_WE)
+    R, p = attached(R, p, arm.X_ME)
+    write_pose(R, p, X_WE)
     return s, links, X_WE
-
-
-@compilable
-def pose_along(path: Array, q: Array) -> Array:
-    """Returns the pose X_WB (3, 4) of a body B at the end of a path of joints.
-
-    Args:
-        path: a row for every joint from the world outwards, and one for B (n + 1, 17): the pose
-            X_MF of `ChainArrays` row by row (12), then for a joint its axis in F (3), 1 if it is
-            revolute or 0 if prismatic, and its place in q.
-        q: joint positions, of other joints too [rad, m].
-    """
-    X_WB = np.empty((3, 4))
-    R, p = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
-    for j in range(len(path) - 1):
-        R, p = _attached(R, p, path[j, :12].reshape(3, 4))
-        axis, q_j = xyz(path[j, 12:15]), q[int(path[j, 16])]
-        if path[j, 15] > 0.0:
-            R = _product(R, _turn(axis, q_j))
-        else:
-            p = _sum(p, _scaled(q_j, _times(R, axis)))
-    R, p = _attached(R, p, path[len(path) - 1, :12].reshape(3, 4))
-    _write_pose(R, p, X_WB)
-    return X_WB
-
-
-@compilable
-def _attached(R_WM: Rows, p_WM: Row, X_MF: Array) -> tuple[Rows, Row]:
-    """Returns R_WF and p_WF."""
-    return _product(R_WM, rows(X_MF[:, :3])), _sum(p_WM, _times(R_WM, xyz(X_MF[:, 3])))
-
-
-@compilable
-def _write_pose(R: Rows, p: Row, X: Array) -> None:
-    for i in range(3):
-        X[i, 0], X[i, 1], X[i, 2] = R[i]
-        X[i, 3] = p[i]
 
 
 @compilable
@@ -132,19 +106,19 @@ def chain_motion(s: Array, v: Array, p_WE: Array) -> tuple[Array, Array, Array]:
     """
     n, p = len(v), xyz(p_WE)
     J, V_WE, Jdot_v = np.empty((6, n)), np.empty(6), np.empty(6)
-    w, v_O, dw, dv_O = _ZERO, _ZERO, _ZERO, _ZERO
+    w, v_O, dw, dv_O = ORIGIN, ORIGIN, ORIGIN, ORIGIN
     for j in range(n):
         a, b = _halves(s[j])
         J[0, j], J[1, j], J[2, j] = a
-        J[3, j], J[4, j], J[5, j] = _sum(b, _cross(a, p))
-        w, v_O = _sum(w, _scaled(v[j], a)), _sum(v_O, _scaled(v[j], b))
-        da, db = _cross(w, a), _sum(_cross(w, b), _cross(v_O, a))
-        dw, dv_O = _sum(dw, _scaled(v[j], da)), _sum(dv_O, _scaled(v[j], db))
-    v_WE = _sum(v_O, _cross(w, p))
+        J[3, j], J[4, j], J[5, j] = plus(b, crossed(a, p))
+        w, v_O = plus(w, scaled(v[j], a)), plus(v_O, scaled(v[j], b))
+        da, db = crossed(w, a), plus(crossed(w, b), crossed(v_O, a))
+        dw, dv_O = plus(dw, scaled(v[j], da)), plus(dv_O, scaled(v[j], db))
+    v_WE = plus(v_O, crossed(w, p))
     V_WE[0], V_WE[1], V_WE[2] = w
     V_WE[3], V_WE[4], V_WE[5] = v_WE
     Jdot_v[0], Jdot_v[1], Jdot_v[2] = dw
-    Jdot_v[3], Jdot_v[4], Jdot_v[5] = _sum(_sum(dv_O, _cross(dw, p)), _cross(w, v_WE))
+    Jdot_v[3], Jdot_v[4], Jdot_v[5] = plus(plus(dv_O, crossed(dw, p)), crossed(w, v_WE))
     return J, V_WE, Jdot_v
 
 
@@ -177,8 +151,8 @@ def chain_dynamics(
         B[j, j] += arm.rotors[j]
         a, b = _halves(s[j])
         # The weight of the links from j outwards.
-        moment = _cross((outward[1], outward[2], outward[3]), gravity)
-        g[j] = -(_dot3(a, moment) + outward[0] * _dot3(b, gravity))
+        moment = crossed((outward[1], outward[2], outward[3]), gravity)
+        g[j] = -(dot(a, moment) + outward[0] * dot(b, gravity))
     return B, dB, _felt(s, forces), g
 
 
@@ -194,9 +168,6 @@ def chain_coriolis(s: Array, links: Array, v: Array) -> Array:
     return _felt(s, _rates(s, links, v)[2])
 
 
-_ZERO = (0.0, 0.0, 0.0)
-
-
 @compilable
 def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
     """Returns ṡ (n, 6), İ (n, 10) and the forces I A + İ V (n, 6) that the links' motion takes."""
@@ -206,8 +177,8 @@ def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
     for j in range(n):
         V += v[j] * s[j]
         (w, v_O), (a, b) = _halves(V), _halves(s[j])
-        ds[j, 0], ds[j, 1], ds[j, 2] = _cross(w, a)
-        ds[j, 3], ds[j, 4], ds[j, 5] = _sum(_cross(w, b), _cross(v_O, a))
+        ds[j, 0], ds[j, 1], ds[j, 2] = crossed(w, a)
+        ds[j, 3], ds[j, 4], ds[j, 5] = plus(crossed(w, b), crossed(v_O, a))
         A += v[j] * ds[j]
         _write_inertia_rate(links[j], w, v_O, dlinks[j])
         _write_momentum(links[j], A, forces[j])
@@ -228,9 +199,9 @@ def _felt(s: Array, forces: Array) -> Array:
 @compilable
 def _write_inertia(mass: float, centre: Row, inertia: Rows, R: Rows, p: Row, link: Array) -> None:
     """Writes the ten numbers (10,) of a link whose frame has the pose R, p in W."""
-    c = _sum(p, _times(R, centre))
+    c = plus(p, times(R, centre))
     x, y, z = c
-    I = _product(_product(R, inertia), _transposed(R))  # noqa: E741 - its letter in (2.2)
+    I = product(product(R, inertia), transposed(R))  # noqa: E741 - its letter in (2.2)
     link[0], link[1], link[2], link[3] = mass, mass * x, mass * y, mass * z
     link[4], link[5] = I[0][0] + mass * (y * y + z * z), I[1][1] + mass * (z * z + x * x)
     link[6], link[7] = I[2][2] + mass * (x * x + y * y), I[0][1] - mass * x * y
@@ -243,7 +214,7 @@ def _write_inertia_rate(link: Array, w: Row, v: Row, rate: Array) -> None:
     mass, x, y, z, xx, yy, zz, xy, yz, zx = _ten(link)
     wx, wy, wz = w
     vx, vy, vz = v
-    hx, hy, hz = _sum(_scaled(mass, v), _cross(w, (x, y, z)))
+    hx, hy, hz = plus(scaled(mass, v), crossed(w, (x, y, z)))
     rate[0], rate[1], rate[2], rate[3] = 0.0, hx, hy, hz
     # ω × I − I ω × and, for the centre that moves with v, 2 (h·v) 1 − v hᵀ − h vᵀ.
     rate[4] = 2.0 * (wy * zx - wz * xy + y * vy + z * vz)
@@ -288,53 +259,3 @@ def _halves(V: Array) -> tuple[Row, Row]:
 def _dot(a: Array, b: Array) -> float:
     """The scalar product of two spatial vectors (6,)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
-
-
-@compilable
-def _dot3(a: Row, b: Row) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@compilable
-def _sum(a: Row, b: Row) -> Row:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@compilable
-def _scaled(k: float, a: Row) -> Row:
-    return k * a[0], k * a[1], k * a[2]
-
-
-@compilable
-def _cross(a: Row, b: Row) -> Row:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@compilable
-def _times(R: Rows, a: Row) -> Row:
-    return _dot3(R[0], a), _dot3(R[1], a), _dot3(R[2], a)
-
-
-@compilable
-def _transposed(R: Rows) -> Rows:
-    (a, b, c), (d, e, f), (g, h, i) = R
-    return (a, d, g), (b, e, h), (c, f, i)
-
-
-@compilable
-def _product(A: Rows, B: Rows) -> Rows:
-    columns = _transposed(B)
-    return _times(columns, A[0]), _times(columns, A[1]), _times(columns, A[2])
-
-
-@compilable
-def _turn(axis: Row, angle: float) -> Rows:
-    """The rotation matrix by an angle about a unit vector."""
-    x, y, z = axis
-    c, s = math.cos(angle), math.sin(angle)
-    d = 1.0 - c
-    return (
-        (c + d * x * x, d * x * y - s * z, d * x * z + s * y),
-        (d * x * y + s * z, c + d * y * y, d * y * z - s * x),
-        (d * x * z - s * y, d * y * z + s * x, c + d * z * z),
-    )

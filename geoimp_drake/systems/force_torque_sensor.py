@@ -20,10 +20,10 @@ from pydrake.systems.framework import (
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.path_motion import pose_along
 from geoimp_drake.laws.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensor_reading import filter_gain
 from geoimp_drake.laws.sensor_sample import sensor_sample, sensor_sample_along
-from geoimp_drake.laws.serial_chain import pose_along
 from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.counted_noise import CountedNoise
 from geoimp_drake.systems.frame_motion import (

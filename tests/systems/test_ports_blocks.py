@@ -23,6 +23,7 @@ from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
 from geoimp_drake.cooperative_controller import make_cooperative_controller
 from geoimp_drake.diagrams.cell import END_EFFECTOR, FLANGE, SIX, add_cell
+from geoimp_drake.kinematic_tree import path_to
 from geoimp_drake.models import package_map
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
@@ -75,9 +76,14 @@ def six_joint_model() -> ControlModel:
 def held_sensor() -> ForceTorqueSensor:
     identity = RigidTransform()
     # The tool is welded to the world of a plant of one joint.
-    path = np.array([[*identity.GetAsMatrix34().ravel(), *np.zeros(5)]])
+    path = np.array([[*identity.GetAsMatrix34().ravel(), *np.zeros(6)]])
     mounting = SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3), 1.0, path, 2)
     return ForceTorqueSensor(mounting, ToolLoad(), WristSensorConfig())
+
+
+def frame_motion_sensor() -> FrameMotionSensor:
+    plant, _, E = six_joint_plant()
+    return FrameMotionSensor(E, path_to(plant, E))
 
 
 def industrial_controller() -> IndustrialController:
@@ -105,7 +111,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
     ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
     ForceTorqueSensor: (held_sensor, 1),
-    FrameMotionSensor: (lambda: FrameMotionSensor(six_joint_plant()[2]), 0),
+    FrameMotionSensor: (frame_motion_sensor, 6),
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
     IndustrialController: (industrial_controller, 6),

@@ -1,4 +1,4 @@
-"""The tool's pose from joint positions is the plant's, and the sensor says the same with either."""
+"""Along a path of joints a frame is and moves as the plant says, and so do the sensors."""
 
 import numpy as np
 import pytest
@@ -17,17 +17,20 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake import add_wrist_sensor, wrist_sensor
 from geoimp_drake.kinematic_tree import path_to
-from geoimp_drake.laws.serial_chain import pose_along
+from geoimp_drake.laws.path_motion import pose_along
 from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
+from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
 
 
 def pose(k: float) -> RigidTransform:
     return RigidTransform(RollPitchYaw(0.3 * k, -0.2 * k, 0.5), [0.1, 0.2 * k, -0.1])
 
 
-def branching_plant(*, reversed_weld: bool = False, ball: bool = False) -> MultibodyPlant:
+def branching_plant(
+    *, reversed_weld: bool = False, ball: bool = False, time_step: float = 1e-3
+) -> MultibodyPlant:
     """A track, two hinges and a weld between offset frames, beside another arm."""
-    plant = MultibodyPlant(1e-3)
+    plant = MultibodyPlant(time_step)
     inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
     names = ("other", "track", "upper", "lower", "tool")
     other, track, upper, lower, tool = (plant.AddRigidBody(name, inertia) for name in names)
@@ -56,13 +59,39 @@ def test_pose_is_the_plants(reversed_weld: bool) -> None:
     context, rng = plant.CreateDefaultContext(), np.random.default_rng(0)
     for name in ("world", "track", "lower", "tool"):
         body = plant.GetBodyByName(name)
-        path = path_to(plant, body.index())
+        path = path_to(plant, body.body_frame())
         assert path is not None
         for _ in range(5):
             plant.SetPositionsAndVelocities(context, rng.uniform(-2.0, 2.0, 8))
             x = plant.GetPositionsAndVelocities(context)
             X_WB = plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34()
             np.testing.assert_allclose(pose_along(path, x), X_WB, atol=1e-14)
+
+
+def test_motion_is_the_plants() -> None:
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(branching_plant(time_step=0.0))
+    sensors = []
+    for name in ("track_2.0", "lower_6.0", "tool_7.0"):
+        frame = plant.GetFrameByName(name)
+        for path in (path_to(plant, frame), None):
+            sensor = builder.AddSystem(FrameMotionSensor(frame, path))
+            for k in range(sensor.num_input_ports()):
+                port = sensor.get_input_port(k)
+                builder.Connect(plant.GetOutputPort(port.get_name()), port)
+            sensors.append(sensor)
+    diagram = builder.Build()
+    root, rng = diagram.CreateDefaultContext(), np.random.default_rng(1)
+    for _ in range(5):
+        context = plant.GetMyMutableContextFromRoot(root)
+        plant.SetPositionsAndVelocities(context, rng.uniform(-2.0, 2.0, 8))
+        motions = [
+            sensor.get_output_port().Eval(sensor.GetMyContextFromRoot(root)) for sensor in sensors
+        ]
+        for along, listed in zip(motions[::2], motions[1::2], strict=True):
+            listed[:4] *= np.sign(listed[:4] @ along[:4])
+            np.testing.assert_allclose(along, listed, rtol=1e-10, atol=1e-10)
+            assert np.abs(listed[13:]).max() > 1.0
 
 
 def wrenches_on_the_way(config: WristSensorConfig) -> list[np.ndarray]:
@@ -85,7 +114,7 @@ def wrenches_on_the_way(config: WristSensorConfig) -> list[np.ndarray]:
 def test_the_sensor_says_the_same_with_a_path_and_without(monkeypatch, inertial_load: str) -> None:
     config = WristSensorConfig(inertial_load=inertial_load)
     along = wrenches_on_the_way(config)
-    monkeypatch.setattr(wrist_sensor, "path_to", lambda plant, body: None)
+    monkeypatch.setattr(wrist_sensor, "path_to", lambda plant, frame: None)
     for ours, others in zip(along, wrenches_on_the_way(config), strict=True):
         np.testing.assert_allclose(ours, others, atol=1e-11)
     assert (np.abs(along[0]).max() > 0.5) == (inertial_load == "none")
@@ -93,5 +122,5 @@ def test_the_sensor_says_the_same_with_a_path_and_without(monkeypatch, inertial_
 
 def test_other_joints_have_no_path() -> None:
     plant = branching_plant(ball=True)
-    assert path_to(plant, plant.GetBodyByName("tool").index()) is None
-    assert path_to(plant, plant.GetBodyByName("upper").index()) is not None
+    assert path_to(plant, plant.GetFrameByName("tool")) is None
+    assert path_to(plant, plant.GetFrameByName("upper")) is not None
