@@ -10,7 +10,7 @@ from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.inner_loop import make_inner_loop
-from geoimp_drake.object_loop import OBJECT_PORTS, make_object_loop
+from geoimp_drake.object_loop import OBJECT_PORTS, WATCH_PORTS, make_object_loop
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_cooperative_controller"]
@@ -108,8 +108,7 @@ def make_cooperative_controller(
             arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
         )
     _export_inputs(builder, arms, held)
-    watch_ports = ("opened", "release") if config.monitor.enabled else ()
-    for port in (*OBJECT_PORTS, *watch_ports):
+    for port in (*OBJECT_PORTS, *(WATCH_PORTS if config.monitor.enabled else ())):
         builder.ExportOutput(held.GetOutputPort(port), port)
     for k, arm in enumerate(arms, 1):
         motion = held.GetOutputPort(f"reference_motion_{k}")

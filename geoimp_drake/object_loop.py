@@ -15,7 +15,7 @@ from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.typing import Array
 
-__all__ = ["OBJECT_PORTS", "make_object_loop"]
+__all__ = ["OBJECT_PORTS", "WATCH_PORTS", "make_object_loop"]
 
 # Outputs besides the references.
 OBJECT_PORTS = (
@@ -28,6 +28,8 @@ OBJECT_PORTS = (
     "mutual_motion",
     "mutual_reference",
 )
+# And those of the watch over the grasps, if there is one.
+WATCH_PORTS = ("opened", "release")
 
 
 def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> System:
@@ -134,6 +136,6 @@ def _add_watch(
         builder.ConnectInput(f"wrench_{k}", monitor.GetInputPort(f"wrench_{k}"))
         builder.Connect(motion, hold.GetInputPort(f"reference_motion_{k}"))
     builder.Connect(monitor.GetOutputPort("opened"), hold.GetInputPort("opened"))
-    builder.ExportOutput(monitor.GetOutputPort("opened"), "opened")
-    builder.ExportOutput(hold.GetOutputPort("release"), "release")
+    for system, port in zip((monitor, hold), WATCH_PORTS, strict=True):
+        builder.ExportOutput(system.GetOutputPort(port), port)
     return [hold.GetOutputPort(f"held_motion_{k}") for k in (1, 2)]
