@@ -31,7 +31,7 @@ class SurfaceConfig:
     name: str = "plexiglas"  # of the model instance
     size: np.ndarray = field(default_factory=lambda: np.array([0.4, 0.4, 0.04]))  # [m] x, y, z of S
     # [m] x, y of the plate's middle in S. Its mesh is cut along the diagonals of the front: a disk
-    # beside them makes a third of the faces and costs half.
+    # beside them makes a quarter of the faces and costs half.
     centre: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.11]))
     layer_stiffness: float = 6e4  # k_h [N/m] under the whole disk
     relaxation_time: float = 0.005  # [s] damping over stiffness of the layer
