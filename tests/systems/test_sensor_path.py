@@ -8,6 +8,7 @@ from pydrake.multibody.tree import (
     BallRpyJoint,
     FixedOffsetFrame,
     PrismaticJoint,
+    QuaternionFloatingJoint,
     RevoluteJoint,
     SpatialInertia,
     WeldJoint,
@@ -68,11 +69,39 @@ def test_pose_is_the_plants(reversed_weld: bool) -> None:
             np.testing.assert_allclose(pose_along(path, x), X_WB, atol=1e-14)
 
 
-def test_motion_is_the_plants() -> None:
+def swinging_slider() -> MultibodyPlant:
+    """A free body, and beside it a hinge that turns a slider, which turns another hinge."""
+    plant = MultibodyPlant(0.0)
+    inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    free, arm, slider, hand = (plant.AddRigidBody(f"body{k}", inertia) for k in range(4))
+    frames = [
+        plant.AddFrame(FixedOffsetFrame(f"out{k}", body.body_frame(), pose(k + 1.0)))
+        for k, body in enumerate((arm, slider, hand))
+    ]
+    # It comes first and has a quaternion: the path's places in q and in v differ.
+    plant.AddJoint(QuaternionFloatingJoint("free", plant.world_frame(), free.body_frame()))
+    axis = [0.6, 0.0, 0.8]
+    plant.AddJoint(RevoluteJoint("swing", plant.world_frame(), arm.body_frame(), axis))
+    plant.AddJoint(PrismaticJoint("slide", frames[0], slider.body_frame(), [0.0, 0.6, 0.8]))
+    plant.AddJoint(RevoluteJoint("twist", frames[1], hand.body_frame(), [1.0, 0.0, 0.0]))
+    plant.Finalize()
+    assert plant.GetJointByName("swing").position_start() == 7
+    return plant
+
+
+@pytest.mark.parametrize(
+    ("make", "frames", "fastest"),
+    [
+        (lambda: branching_plant(time_step=0.0), ("track_2.0", "lower_6.0", "tool_7.0"), 2.0),
+        (swinging_slider, ("out0", "out1", "out2"), 9.0),
+    ],
+    ids=["branching", "slider"],
+)
+def test_motion_is_the_plants(make, frames, fastest: float) -> None:
     builder = DiagramBuilder()
-    plant = builder.AddSystem(branching_plant(time_step=0.0))
+    plant = builder.AddSystem(make())
     sensors = []
-    for name in ("track_2.0", "lower_6.0", "tool_7.0"):
+    for name in frames:
         frame = plant.GetFrameByName(name)
         for path in (path_to(plant, frame), None):
             sensor = builder.AddSystem(FrameMotionSensor(frame, path))
@@ -84,7 +113,11 @@ def test_motion_is_the_plants() -> None:
     root, rng = diagram.CreateDefaultContext(), np.random.default_rng(1)
     for _ in range(5):
         context = plant.GetMyMutableContextFromRoot(root)
-        plant.SetPositionsAndVelocities(context, rng.uniform(-2.0, 2.0, 8))
+        q = rng.uniform(-2.0, 2.0, plant.num_positions())
+        v = rng.uniform(-fastest, fastest, plant.num_velocities())
+        if len(q) > len(v):
+            q[:4] /= np.linalg.norm(q[:4])
+        plant.SetPositionsAndVelocities(context, np.append(q, v))
         motions = [
             sensor.get_output_port().Eval(sensor.GetMyContextFromRoot(root)) for sensor in sensors
         ]
