@@ -68,6 +68,8 @@ def _compiled(law: Any) -> Any:
     import numba
     import scipy.linalg  # noqa: F401 - numba's linear algebra calls it
 
+    import geoimp_drake.compiled_arrays  # noqa: F401 - numba learns of small arrays
+
     _announce()
     _introduce_laws()
     try:

@@ -7,7 +7,7 @@ import pytest
 from library_tree import MODULES, imported_modules, imported_names, parsed
 
 # Known to all; they know no Drake.
-FOUNDATIONS = {"compiled", "errors", "typing", "validation"}
+FOUNDATIONS = {"compiled", "errors", "small_arrays", "typing", "validation"}
 LAWS = FOUNDATIONS | {"rotations", "laws"}
 # A task function is evaluated within a system and reads the arm's state, a system's output.
 SYSTEMS = LAWS | {"control_model", "systems", "task_functions"}
@@ -18,7 +18,9 @@ RUNNING |= {"motion_program", "robot_files", "scenario_template"}
 
 # What each part may import of the others, and of itself.
 ALLOWED = {
-    "compiled": set(),
+    "compiled": {"compiled_arrays"},
+    "compiled_arrays": {"small_arrays"},
+    "small_arrays": {"typing"},
     "errors": set(),
     "typing": set(),
     "validation": FOUNDATIONS,

@@ -8,6 +8,9 @@ from Python costs more than they do, so they share one. Floats only.
 sooner. A reading holds [q; v] of the arm in the order of its plant, `order` says where (2n,).
 """
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
 from geoimp_drake.compiled import compilable
@@ -26,6 +29,7 @@ from geoimp_drake.laws.serial_chain import (
 )
 from geoimp_drake.laws.tracking_acceleration import tracking_acceleration
 from geoimp_drake.rotations.quaternion import from_rotation
+from geoimp_drake.small_arrays import sized, stored
 from geoimp_drake.typing import Array
 
 __all__ = ["arm_quantities", "arm_torque", "measured_motion", "redundant_arm_torque"]
@@ -48,8 +52,8 @@ def measured_motion(order: Array, reading: Array, motion: Array, *arm: Array) ->
     s, _, X_WE = chain_posture(ChainArrays(*arm), x[:n])
     motion[:] = 0.0
     motion[QUATERNION] = from_rotation(X_WE[:, :3])
-    motion[POSITION] = X_WE[:, 3]
-    motion[VELOCITY] = chain_motion(s, x[n:], X_WE[:, 3])[1]
+    motion[POSITION] = sized(X_WE[:, 3], 3)
+    motion[VELOCITY] = sized(chain_motion(s, x[n:], X_WE[:, 3])[1], 6)
     return True
 
 
@@ -102,90 +106,109 @@ def arm_torque(
         return False
     s, links, X_WE = chain_posture(chain, q)
     Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
-    J, V_WE, Jdot_v = chain_motion(s, v, p_WE)
+    columns, V_WE, bias = chain_motion(s, v, p_WE)
     if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
         return False
-    B, _, Cv, g = chain_dynamics(chain, s, links, v)
-    alpha = resolved_acceleration(J, Jdot_v, a)
-    return actuation(B, alpha, Cv, chain.friction * v, g, J, h, actuation_order, u)
+    inertia, _, coriolis, weight = chain_dynamics(chain, s, links, v)
+    J, B = sized(columns, 6, 6), sized(inertia, 6, 6)
+    Cv, g, Fv = sized(coriolis, 6), sized(weight, 6), sized(chain.friction, 6) * sized(v, 6)
+    alpha = resolved_acceleration(J, sized(bias, 6), sized(a, 6))
+    return actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u)
 
 
-def redundant_arm_torque(
-    order: Array,
-    actuation_order: Array,
-    orientation: Array,
-    position: Array,
-    reading: Array,
-    reference: Array,
-    h: Array,
-    u: Array,
-    gradient: Array,
-    gradient_rate: Array,
-    error: Array,
-    K_n: Array,
-    k_beta: float,
-    weights: Array,
-    weighs_by_inertia: bool,
-    threshold: float,
-    factor: float,
-    *arm: Array,
-) -> bool:
-    """Writes the torques of an arm of n > 6 joints; says whether it could: signals must be finite.
+@cache
+def redundant_arm_torque(n: int) -> Callable[..., bool]:
+    """Returns the law of an arm of n > 6 joints."""
 
-    Args:
-        order: of the reading (2n,).
-        actuation_order: which joint each actuator drives (n,).
-        orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
-        position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
-        reading: at least (2n,) [rad, m; rad/s, m/s].
-        reference: motion of the frame to be tracked (19,).
-        h: wrench by the end effector on the environment (6,) [Nm, N].
-        u: τ (n,), where to write [Nm, N].
-        gradient: of the task function (n,).
-        gradient_rate: its rate along the arm's motion (n,).
-        error: where to write e_n of (3.37) (n,).
-        K_n: gain of e_n (n, n).
-        k_beta: gain of the task function.
-        weights: a constant W and its inverse (2, n, n).
-        weighs_by_inertia: (3.36) W = B instead.
-        threshold: σ₀ of `damped_pseudo_inverse`.
-        factor: λ₀ of the same.
-        arm: its constants.
-    """
-    x, chain, a, n = reading[order], ChainArrays(*arm), np.empty(6), len(gradient)
-    q, v = x[:n], x[n:]
-    if not is_finite(x):
-        return False
-    s, links, X_WE = chain_posture(chain, q)
-    Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
-    J, V_WE, Jdot_v = chain_motion(s, v, p_WE)
-    if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
-        return False
-    B, dB, Cv, g = chain_dynamics(chain, s, links, v)
-    B_inverse, J_pinv, N, beta, e_n = internal_error(
-        J, B, weights[1], weighs_by_inertia, threshold, factor, k_beta, gradient, v
-    )
-    W, W_inverse, dW = weights[0], weights[1], np.zeros((n, n))
-    if weighs_by_inertia:
-        W, W_inverse, dW = B, np.ascontiguousarray(B_inverse), dB
-    # C e_n as `null_space_acceleration.coriolis_product` finds it.
-    C_e = 0.5 * (chain_coriolis(s, links, v + e_n) - Cv - chain_coriolis(s, links, e_n))
-    alpha_n = internal_acceleration(
-        J,
-        v,
-        J_pinv,
-        N,
-        W,
-        W_inverse,
-        dW,
-        B_inverse,
-        dB,
-        k_beta,
-        beta,
-        gradient_rate,
-        K_n @ e_n,
-        C_e,
-    )
-    alpha = redundant_acceleration(J_pinv, a, Jdot_v, alpha_n)
-    error[:] = e_n
-    return actuation(B, alpha, Cv, chain.friction * v, g, J, h, actuation_order, u)
+    def law(
+        order: Array,
+        actuation_order: Array,
+        orientation: Array,
+        position: Array,
+        reading: Array,
+        reference: Array,
+        h: Array,
+        u: Array,
+        gradient: Array,
+        gradient_rate: Array,
+        error: Array,
+        K_n: Array,
+        k_beta: float,
+        weights: Array,
+        weighs_by_inertia: bool,
+        threshold: float,
+        factor: float,
+        *arm: Array,
+    ) -> bool:
+        """Writes the torques; says whether it could: signals must be finite.
+
+        Args:
+            order: of the reading (2n,).
+            actuation_order: which joint each actuator drives (n,).
+            orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
+            position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
+            reading: at least (2n,) [rad, m; rad/s, m/s].
+            reference: motion of the frame to be tracked (19,).
+            h: wrench by the end effector on the environment (6,) [Nm, N].
+            u: τ (n,), where to write [Nm, N].
+            gradient: of the task function (n,).
+            gradient_rate: its rate along the arm's motion (n,).
+            error: where to write e_n of (3.37) (n,).
+            K_n: gain of e_n (n, n).
+            k_beta: gain of the task function.
+            weights: a constant W and its inverse (2, n, n).
+            weighs_by_inertia: (3.36) W = B instead.
+            threshold: σ₀ of `damped_pseudo_inverse`.
+            factor: λ₀ of the same.
+            arm: its constants.
+        """
+        x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
+        if not is_finite(x):
+            return False
+        s, links, X_WE = chain_posture(chain, x[:n])
+        Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
+        columns, V_WE, bias = chain_motion(s, x[n:], p_WE)
+        if not _tracking_acceleration(reference, Q_WE, p_WE, V_WE, orientation, position, a):
+            return False
+        inertia, inertia_rate, coriolis, weight = chain_dynamics(chain, s, links, x[n:])
+        J, v, Jdot_v = sized(columns, 6, n), sized(x[n:], n), sized(bias, 6)
+        B, dB = sized(inertia, n, n), sized(inertia_rate, n, n)
+        Cv, g, Fv = sized(coriolis, n), sized(weight, n), sized(chain.friction, n) * v
+        W, W_inverse, dW = sized(weights[0], n, n), sized(weights[1], n, n), 0.0 * B
+        B_inverse, J_pinv, N, beta, e_n = internal_error(
+            J,
+            B,
+            W_inverse,
+            weighs_by_inertia,
+            threshold,
+            factor,
+            k_beta,
+            sized(gradient, n),
+            v,
+        )
+        if weighs_by_inertia:
+            W, W_inverse, dW = B, B_inverse, dB
+        # C e_n as `null_space_acceleration.coriolis_product` finds it.
+        c_moved = sized(chain_coriolis(s, links, stored(v + e_n)), n)
+        c_e = sized(chain_coriolis(s, links, stored(e_n)), n)
+        alpha_n = internal_acceleration(
+            J,
+            v,
+            J_pinv,
+            N,
+            W,
+            W_inverse,
+            dW,
+            B_inverse,
+            dB,
+            k_beta,
+            beta,
+            sized(gradient_rate, n),
+            sized(K_n, n, n) @ e_n,
+            0.5 * (c_moved - Cv - c_e),
+        )
+        alpha = redundant_acceleration(J_pinv, sized(a, 6), Jdot_v, alpha_n)
+        error[:n] = e_n
+        return actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u)
+
+    return law

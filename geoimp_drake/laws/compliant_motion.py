@@ -3,14 +3,13 @@
 from collections.abc import Callable
 from functools import cache
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.coupled_stiffness import without_coupling
 from geoimp_drake.laws.motion_vector import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
     LINEAR_ACCELERATION,
     LINEAR_VELOCITY,
@@ -22,6 +21,7 @@ from geoimp_drake.laws.motion_vector import (
 )
 from geoimp_drake.laws.translational_impedance import compliant_acceleration
 from geoimp_drake.rotations.quaternion import normalized, rate
+from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
 __all__ = ["compliant_motion", "frame_state_rate", "has_diverged"]
@@ -33,7 +33,10 @@ _DIVERGED = 1e6
 @compilable
 def has_diverged(state: Array) -> bool:
     """Whether an entry of the state of C (13,) is beyond all reason, or NaN; floats only."""
-    return not np.abs(state).max() < _DIVERGED
+    within = True
+    for entry in state:
+        within = within and abs(entry) < _DIVERGED
+    return not within
 
 
 @compilable
@@ -44,9 +47,10 @@ def frame_state_rate(motion: Array, state_rate: Array) -> None:
         motion: of the frame (19,).
         state_rate: where to write.
     """
-    state_rate[QUATERNION] = rate(motion[QUATERNION], motion[ANGULAR_VELOCITY])
-    state_rate[POSITION] = motion[LINEAR_VELOCITY]
-    state_rate[VELOCITY] = motion[ACCELERATION]
+    C = sized(motion, FRAME_MOTION_SIZE)
+    state_rate[QUATERNION] = rate(C[QUATERNION], C[ANGULAR_VELOCITY])
+    state_rate[POSITION] = C[LINEAR_VELOCITY]
+    state_rate[VELOCITY] = C[ACCELERATION]
 
 
 @cache
@@ -83,43 +87,44 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         """
         if not is_frame_motion(desired) or not is_finite(wrench) or has_diverged(state):
             return False
-        motion[:FRAME_STATE_SIZE] = state
-        motion[QUATERNION] = normalized(state[QUATERNION])
-        Q_WD, Q_WC = desired[QUATERNION], motion[QUATERNION]
-        dp = desired[POSITION] - motion[POSITION]
-        moment, force, K_p = wrench[:3], wrench[3:], translation[2]
+        D, C, h = (
+            sized(desired, FRAME_MOTION_SIZE),
+            sized(state, FRAME_STATE_SIZE),
+            sized(wrench, 6),
+        )
+        motion[:FRAME_MOTION_SIZE] = D  # which what has no impedance follows
+        Q_WD, Q_WC, dp = D[QUATERNION], normalized(C[QUATERNION]), D[POSITION] - C[POSITION]
+        h, K_p = sized(wrench, 6), sized(translation[2], 3, 3)
+        moment, force = h[:3], h[3:]
         if parts[2]:
-            moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, coupling)
+            K_c = sized(coupling, 3, 3)
+            moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, K_c)
         if parts[1]:
+            motion[QUATERNION] = Q_WC
+            motion[ANGULAR_VELOCITY] = C[ANGULAR_VELOCITY]
             motion[ANGULAR_ACCELERATION] = angular_acceleration(
                 Q_WD,
-                desired[ANGULAR_VELOCITY],
-                desired[ANGULAR_ACCELERATION],
+                D[ANGULAR_VELOCITY],
+                D[ANGULAR_ACCELERATION],
                 Q_WC,
-                motion[ANGULAR_VELOCITY],
+                C[ANGULAR_VELOCITY],
                 moment,
-                rotation[0],
-                rotation[1],
-                rotation[2],
+                sized(rotation[0], 3, 3),
+                sized(rotation[1], 3, 3),
+                sized(rotation[2], 3, 3),
             )
-        else:
-            motion[QUATERNION] = Q_WD
-            motion[ANGULAR_VELOCITY] = desired[ANGULAR_VELOCITY]
-            motion[ANGULAR_ACCELERATION] = desired[ANGULAR_ACCELERATION]
         if parts[0]:
+            motion[POSITION] = C[POSITION]
+            motion[LINEAR_VELOCITY] = C[LINEAR_VELOCITY]
             motion[LINEAR_ACCELERATION] = compliant_acceleration(
-                desired[LINEAR_ACCELERATION],
-                desired[LINEAR_VELOCITY] - motion[LINEAR_VELOCITY],
+                D[LINEAR_ACCELERATION],
+                D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY],
                 dp,
                 force,
-                translation[0],
-                translation[1],
+                sized(translation[0], 3, 3),
+                sized(translation[1], 3, 3),
                 K_p,
             )
-        else:
-            motion[POSITION] = desired[POSITION]
-            motion[LINEAR_VELOCITY] = desired[LINEAR_VELOCITY]
-            motion[LINEAR_ACCELERATION] = desired[LINEAR_ACCELERATION]
         return True
 
     return law

@@ -6,6 +6,7 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.pseudo_inverse import null_space_projector, weighted_pseudo_inverse
+from geoimp_drake.small_arrays import sized_like, stored
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import non_negative, positive
 
@@ -35,21 +36,11 @@ class SingularityDamping:
             positive(self.factor, f"{name}.factor")
 
 
-# Squares lose half of the digits: below this part of the largest singular value they are not used.
-_SQUARES_TELL = 1e-4
-
-
 @compilable
 def smallest_singular_value(J: Array) -> float:
-    """Returns the smallest singular value of J (6, n), the distance from a singularity.
-
-    Away from singularities it is the root of the smallest eigenvalue of JJᵀ, to 1e-8 of itself and
-    in half the time.
-    """
-    squares = np.linalg.eigvalsh(J @ J.T)
-    if squares[0] > _SQUARES_TELL**2 * squares[-1]:
-        return float(np.sqrt(squares[0]))
-    return float(np.linalg.norm(J, -2))
+    """Returns the smallest singular value of J (6, n), the distance from a singularity."""
+    _, singular_values, _ = np.linalg.svd(stored(J), full_matrices=False)
+    return float(singular_values[-1])
 
 
 @compilable
@@ -66,7 +57,8 @@ def singular_value_or_bound(J: Array, threshold: float) -> float:
 @compilable
 def _lower_bound(J: Array) -> float:
     """Returns 1/‖L⁻¹‖_F of JJᵀ = LLᵀ, which is between σ/√6 and σ; zero where there is no L."""
-    L, m = J @ J.T, len(J)
+    L = stored(J @ J.T)
+    m = len(L)
     for j in range(m):
         for k in range(j):
             for i in range(j, m):
@@ -114,8 +106,9 @@ def pseudo_inverse_with(
     if sigma >= threshold:
         J_pinv = weighted_pseudo_inverse(J, W_inverse)
         return J_pinv, null_space_projector(J, J_pinv)
-    U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    V_pinv = weighted_pseudo_inverse(Vt, W_inverse)
+    U, s, Vt = np.linalg.svd(stored(J), full_matrices=False)
+    V_pinv = weighted_pseudo_inverse(Vt, stored(W_inverse))
     weakness = np.maximum(0.0, 1.0 - (s / threshold) ** 2)
     inverse = s / (s**2 + factor**2 * weakness)
-    return (V_pinv * inverse) @ U.T, null_space_projector(Vt, V_pinv)
+    J_pinv = (V_pinv * inverse) @ U.T
+    return sized_like(J_pinv, J.T), sized_like(null_space_projector(Vt, V_pinv), W_inverse)

@@ -12,6 +12,8 @@ joints beyond it are zero.
 import numpy as np
 
 from geoimp_drake.compiled import compilable
+from geoimp_drake.rotations.tuples import ORIGIN, crossed, plus, scaled
+from geoimp_drake.small_arrays import sized_like, stored
 from geoimp_drake.typing import Array
 
 __all__ = ["jacobian_adjoint", "jacobian_rate"]
@@ -25,10 +27,19 @@ def jacobian_rate(J: Array, v: Array) -> Array:
         J: geometric Jacobian (6, n) of a frame of the arm, rows [angular; linear], in W.
         v: joint velocity q̇ (n,).
     """
-    # The sum over the joints up to each: the velocity of its link.
-    through = (J * v) @ np.triu(np.ones((len(v), len(v))))
-    w, beyond = through[:3], through[3:, -1:] - through[3:]
-    return np.concatenate((_cross(w, J[:3]), _cross(w, J[3:]) + _cross(J[:3], beyond)))
+    columns, rates = stored(J), stored(v)
+    dJ, n = np.empty(columns.shape), len(rates)
+    beyond, w = ORIGIN, ORIGIN
+    for j in range(n):
+        beyond = plus(beyond, scaled(rates[j], (columns[3, j], columns[4, j], columns[5, j])))
+    for j in range(n):
+        w_j = columns[0, j], columns[1, j], columns[2, j]
+        v_j = columns[3, j], columns[4, j], columns[5, j]
+        # The angular velocity of joint j's link, and what the joints beyond it add to the frame's.
+        w, beyond = plus(w, scaled(rates[j], w_j)), plus(beyond, scaled(-rates[j], v_j))
+        dJ[0, j], dJ[1, j], dJ[2, j] = crossed(w, w_j)
+        dJ[3, j], dJ[4, j], dJ[5, j] = plus(crossed(w, v_j), crossed(w_j, beyond))
+    return sized_like(dJ, J)
 
 
 def jacobian_adjoint(J: Array, G: Array) -> Array:
@@ -51,7 +62,6 @@ def jacobian_adjoint(J: Array, G: Array) -> Array:
     return np.concatenate((outward, inward))
 
 
-@compilable
 def _cross(a: Array, b: Array) -> Array:
     """Returns the cross products of the columns of two arrays (3, n)."""
     return _LEVI_CIVITA @ (np.expand_dims(a, 1) * b).reshape(9, -1)

@@ -11,6 +11,7 @@ from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import OutOfDomainError
 from geoimp_drake.rotations.components import wxyz
 from geoimp_drake.rotations.quaternion import conjugate, product, rate
+from geoimp_drake.small_arrays import vector
 from geoimp_drake.typing import Array
 
 __all__ = ["check_half_defined", "half_rotation", "half_rotation_motion", "is_half_defined"]
@@ -27,7 +28,7 @@ def half_rotation(Q: Array) -> Array:
     """
     w, x, y, z = wxyz(Q)
     k = 1.0 / np.sqrt(2.0 + 2.0 * w)
-    return np.array([k * (1.0 + w), k * x, k * y, k * z])
+    return vector(k * (1.0 + w), k * x, k * y, k * z)
 
 
 @compilable

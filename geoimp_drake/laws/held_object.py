@@ -1,7 +1,5 @@
 """Motion and wrench of an object that two hands hold, (4.1)-(4.9), in two calls; floats only."""
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.absolute_pose import absolute_orientation, absolute_position
 from geoimp_drake.laws.absolute_velocity import absolute_velocity
@@ -26,31 +24,32 @@ from geoimp_drake.laws.mutual_velocity import (
 from geoimp_drake.laws.object_wrench import object_wrench, printed_object_wrench
 from geoimp_drake.laws.sensed_wrench import inertial_acceleration, load_of_tool
 from geoimp_drake.rotations.quaternion import normalized, to_rotation
+from geoimp_drake.small_arrays import joined, sized
 from geoimp_drake.typing import Array
 
 __all__ = ["held_object_motion", "held_object_wrenches"]
 
 
 @compilable
-def held_object_motion(first: Array, second: Array, nearby: Array) -> Array:
-    """Returns the motion of the object O in W and the mutual motion (2, 19).
+def held_object_motion(first: Array, second: Array, nearby: Array, motions: Array) -> None:
+    """Writes the motion of the object O in W and the mutual motion (2, 19).
+
+    The former's accelerations are the means of the hands'. The latter is ¹Q_21, ᵒΔp_21, ¹ω_21 and
+    d(ᵒΔp_21)/dt, with zeros for the accelerations.
 
     Args:
         first: motion of the first hand (19,), in W.
         second: the same of the second (19,).
         nearby: of ±¹Q_21 the nearer to it is taken (4,).
-
-    Returns:
-        The motion of O, its accelerations the means of the hands'; ¹Q_21, ᵒΔp_21, ¹ω_21 and
-        d(ᵒΔp_21)/dt, with zeros for the accelerations.
+        motions: where to write.
     """
-    Q_12 = mutual_orientation(first[QUATERNION], second[QUATERNION], nearby)
+    first, second = sized(first, FRAME_MOTION_SIZE), sized(second, FRAME_MOTION_SIZE)
+    Q_12 = mutual_orientation(first[QUATERNION], second[QUATERNION], sized(nearby, 4))
     Q_WO = absolute_orientation(first[QUATERNION], Q_12)
     R_WO = to_rotation(Q_WO)
     p_12_W = mutual_position(first[POSITION], second[POSITION])
     V_WO = absolute_velocity(first[VELOCITY], second[VELOCITY])
     V_21 = mutual_velocity(first[VELOCITY], second[VELOCITY])
-    motions = np.zeros((2, FRAME_MOTION_SIZE))
     motions[0, QUATERNION] = normalized(Q_WO)
     motions[0, POSITION] = absolute_position(first[POSITION], second[POSITION])
     motions[0, VELOCITY] = V_WO
@@ -59,7 +58,7 @@ def held_object_motion(first: Array, second: Array, nearby: Array) -> Array:
     motions[1, POSITION] = R_WO.T @ p_12_W
     motions[1, ANGULAR_VELOCITY] = mutual_angular_velocity(to_rotation(first[QUATERNION]), V_21[:3])
     motions[1, LINEAR_VELOCITY] = mutual_linear_velocity(R_WO, V_WO[:3], p_12_W, V_21[3:])
-    return motions
+    motions[1, ACCELERATION] = 0.0
 
 
 @compilable
@@ -74,8 +73,12 @@ def held_object_wrenches(
     I_G_O: Array,
     gravity: Array,
     reference: Array,
-) -> Array:
-    """Returns the object's wrench, the internal wrench, and that in mutual axes (3, 6).
+    wrenches: Array,
+) -> None:
+    """Writes the object's wrench, the internal wrench, and that in mutual axes (3, 6).
+
+    They are h_o without the object's load, about Oo, in W; ½(h_2 − h_1) in W; and the latter as
+    [¹μ; ᵒf].
 
     Args:
         h_1: wrench of the first hand (6,), about its own origin, in W.
@@ -89,20 +92,19 @@ def held_object_wrenches(
         gravity: g (3,), in W [m/s²].
         reference: motion whose velocity and acceleration the object's load has (19,); zeros leave
             the weight alone.
-
-    Returns:
-        h_o without the object's load, about Oo, in W; ½(h_2 − h_1) in W; and the latter as
-        [¹μ; ᵒf].
+        wrenches: where to write.
     """
-    R_WO = to_rotation(motions[0, QUATERNION])
-    r = 0.5 * (R_WO @ motions[1, POSITION])  # O is halfway between the hands (4.1)
+    h_1, h_2, R = sized(h_1, 6), sized(h_2, 6), sized(reference, FRAME_MOTION_SIZE)
+    O, mutual = sized(motions[0], FRAME_MOTION_SIZE), sized(motions[1], FRAME_MOTION_SIZE)  # noqa: E741
+    R_WO = to_rotation(O[QUATERNION])
+    r = 0.5 * (R_WO @ mutual[POSITION])  # O is halfway between the hands (4.1)
     carried = printed_object_wrench(h_1, h_2) if printed else object_wrench(h_1, h_2, -r, r)
-    w, dw, p_OG = reference[ANGULAR_VELOCITY], reference[ANGULAR_ACCELERATION], R_WO @ p_OG_O
-    a_WG = inertial_acceleration(reference[LINEAR_ACCELERATION], w, dw, p_OG)
-    moment, force = load_of_tool(mass, p_OG, R_WO @ I_G_O @ R_WO.T, gravity, a_WG, w, dw)
-    wrenches = np.empty((3, 6))
-    wrenches[0] = carried - np.concatenate((moment, force))
-    wrenches[1] = internal_wrench(h_1, h_2)
-    wrenches[2, :3] = to_rotation(Q_W1).T @ wrenches[1, :3]
-    wrenches[2, 3:] = R_WO.T @ wrenches[1, 3:]
-    return wrenches
+    w, dw, p_OG = R[ANGULAR_VELOCITY], R[ANGULAR_ACCELERATION], R_WO @ sized(p_OG_O, 3)
+    a_WG = inertial_acceleration(R[LINEAR_ACCELERATION], w, dw, p_OG)
+    I_G = R_WO @ sized(I_G_O, 3, 3) @ R_WO.T
+    moment, force = load_of_tool(mass, p_OG, I_G, sized(gravity, 3), a_WG, w, dw)
+    internal = internal_wrench(h_1, h_2)
+    wrenches[0, :6] = carried - joined(moment, force)
+    wrenches[1, :6] = internal
+    wrenches[2, :3] = to_rotation(sized(Q_W1, 4)).T @ internal[:3]
+    wrenches[2, 3:6] = R_WO.T @ internal[3:]

@@ -3,11 +3,10 @@
 The Coriolis forces of (3.38) depend on the error (3.37), so there are two parts.
 """
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.damped_pseudo_inverse import pseudo_inverse_with, singular_value_or_bound
 from geoimp_drake.laws.geometric_jacobian import jacobian_rate
+from geoimp_drake.laws.linear_equations import inverse
 from geoimp_drake.laws.null_space_acceleration import null_space_acceleration
 from geoimp_drake.laws.null_space_velocity import null_space_velocity_error
 from geoimp_drake.laws.pseudo_inverse import pseudo_inverse_rate
@@ -42,9 +41,8 @@ def internal_error(
         gradient: of the task function (n,).
         v: joint velocity (n,).
     """
-    sigma, B_inverse = singular_value_or_bound(J, threshold), np.linalg.inv(B)
-    # One memory layout for both, which a compiler wants.
-    W_inverse = np.ascontiguousarray(B_inverse if weighs_by_inertia else W_inverse)
+    sigma, B_inverse = singular_value_or_bound(J, threshold), inverse(B)
+    W_inverse = B_inverse if weighs_by_inertia else W_inverse
     J_pinv, N = pseudo_inverse_with(J, W_inverse, sigma, threshold, factor)
     beta = task_velocity(k_beta, B_inverse, gradient)
     return B_inverse, J_pinv, N, beta, null_space_velocity_error(N, beta, v)

@@ -2,6 +2,7 @@
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import is_finite
+from geoimp_drake.small_arrays import stored
 from geoimp_drake.typing import Array
 
 __all__ = ["actuation", "inverse_dynamics", "peak_effort"]
@@ -46,9 +47,11 @@ def actuation(
     Says whether it could: α and h must be finite. `order` has the joint of each actuator (n,).
     Floats only.
     """
-    if not is_finite(alpha) or not is_finite(h):
+    tau = stored(inverse_dynamics(B, alpha, Cv, Fv, g, J, h))
+    if not is_finite(tau):
         return False
-    u[:] = inverse_dynamics(B, alpha, Cv, Fv, g, J, h)[order]
+    for k in range(len(u)):
+        u[k] = tau[order[k]]
     return True
 
 

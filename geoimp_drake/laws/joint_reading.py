@@ -26,9 +26,9 @@ def next_reading(state: Array, held: Array, period: float, differenced: bool, af
     if not is_finite(state):
         return False
     n = len(state) // 2
-    after[n : 2 * n] = state[n:]
-    if differenced and held[-1] > 1:
-        after[n : 2 * n] = (state[:n] - held[:n]) / period
-    after[:n] = state[:n]
+    is_difference = differenced and held[-1] > 1
+    for k in range(n):
+        after[n + k] = (state[k] - held[k]) / period if is_difference else state[n + k]
+        after[k] = state[k]
     after[-1] = 2.0
     return True

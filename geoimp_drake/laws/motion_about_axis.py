@@ -1,9 +1,4 @@
-"""The motion of a frame that moves along a curve while it turns about a fixed axis.
-
-Along a straight line from rest to rest it is the desired motion's segment.
-"""
-
-import numpy as np
+"""The motion of a frame along a line while it turns about a fixed axis, from rest to rest."""
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import (
@@ -17,28 +12,10 @@ from geoimp_drake.laws.motion_vector import (
 )
 from geoimp_drake.laws.smooth_rest import smooth_step
 from geoimp_drake.rotations.quaternion import exp, product
+from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
-__all__ = ["motion_about_axis", "motion_from_rest"]
-
-
-@compilable
-def motion_about_axis(curve: Array, axis: Array, Q_start: Array) -> Array:
-    """Returns the frame motion (19,).
-
-    Args:
-        curve: [p; angle], then its first and its second derivative (12,), in W [m, rad, s].
-        axis: unit vector in W (3,), zero for no turn.
-        Q_start: orientation at angle zero (4,).
-    """
-    motion = np.empty(FRAME_MOTION_SIZE)
-    motion[QUATERNION] = product(exp(curve[3] * axis), Q_start)
-    motion[POSITION] = curve[:3]
-    motion[ANGULAR_VELOCITY] = curve[7] * axis
-    motion[LINEAR_VELOCITY] = curve[4:7]
-    motion[ANGULAR_ACCELERATION] = curve[11] * axis
-    motion[LINEAR_ACCELERATION] = curve[8:11]
-    return motion
+__all__ = ["motion_from_rest"]
 
 
 @compilable
@@ -55,9 +32,11 @@ def motion_from_rest(time: float, duration: float, start: Array, way: Array, mot
         motion: where to write.
     """
     s, s_dot, s_ddot = smooth_step(time, duration)
-    curve = np.empty(12)
-    curve[:4] = s * way[:4]
-    curve[:3] += start[POSITION]
-    curve[4:8] = s_dot * way[:4]
-    curve[8:] = s_ddot * way[:4]
-    motion[:] = motion_about_axis(curve, way[4:], start[QUATERNION])
+    rest, line = sized(start, FRAME_MOTION_SIZE), sized(way, 7)
+    displacement, turn = line[:3], line[3] * line[4:]
+    motion[QUATERNION] = product(exp(s * turn), rest[QUATERNION])
+    motion[POSITION] = rest[POSITION] + s * displacement
+    motion[ANGULAR_VELOCITY] = s_dot * turn
+    motion[LINEAR_VELOCITY] = s_dot * displacement
+    motion[ANGULAR_ACCELERATION] = s_ddot * turn
+    motion[LINEAR_ACCELERATION] = s_ddot * displacement

@@ -21,6 +21,7 @@ from geoimp_drake.laws.motion_vector import (
     is_frame_motion,
 )
 from geoimp_drake.laws.quaternion_impedance import angular_acceleration
+from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
 __all__ = ["COMPLIANT", "HANDS", "MEASURED_MUTUAL", "MUTUAL", "OBJECT", "object_control"]
@@ -36,10 +37,9 @@ _impedance = compilable(compliant_motion(angular_acceleration))
 @compilable
 def _at_rest(motions: Array) -> Array:
     """Returns the state (26,) of C and of the mutual pose at rest, where O and the hands are."""
-    n = FRAME_STATE_SIZE
-    state = np.zeros(2 * n)
-    for k in range(2):
-        state[k * n : k * n + POSE_SIZE] = motions[k, :POSE_SIZE]
+    state = np.zeros(2 * FRAME_STATE_SIZE)
+    state[:POSE_SIZE] = sized(motions[0, :POSE_SIZE], POSE_SIZE)
+    state[FRAME_STATE_SIZE:][:POSE_SIZE] = sized(motions[1, :POSE_SIZE], POSE_SIZE)
     return state
 
 
@@ -107,10 +107,10 @@ def object_control(
         return False
     if not (is_finite(h_1) and is_finite(h_2)):
         return False
-    motions[:2] = held_object_motion(first, second, pose[QUATERNION])
+    held_object_motion(first, second, pose[QUATERNION], motions[:2])
     if not is_half_defined(motions[MEASURED_MUTUAL]):
         return False
-    wrenches[:] = held_object_wrenches(
+    held_object_wrenches(
         h_1,
         h_2,
         first[QUATERNION],
@@ -121,17 +121,18 @@ def object_control(
         I_G_O,
         gravity,
         reference,
+        wrenches,
     )
     C, mutual = motions[COMPLIANT], motions[MUTUAL]
     if not np.any(state):
         state = _at_rest(motions[:2])
     if not _impedance(state[:n], desired, wrenches[0], translation, rotation, coupling, parts, C):
         return False
-    mutual[:] = 0.0
-    mutual[: len(pose)] = pose
+    mutual[POSE_SIZE:] = 0.0
+    mutual[:POSE_SIZE] = sized(pose, POSE_SIZE)
     if internal:
         grasp = np.zeros(FRAME_MOTION_SIZE)
-        grasp[: len(pose)] = pose
+        grasp[:POSE_SIZE] = sized(pose, POSE_SIZE)
         if not _impedance(
             state[n:],
             grasp,
@@ -145,9 +146,9 @@ def object_control(
             return False
         if not is_half_defined(mutual):
             return False
-        motions[HANDS] = moving_references(C, mutual)
+        moving_references(C, mutual, motions[HANDS])
     else:
-        motions[HANDS] = rigid_references(C, pose)
+        rigid_references(C, pose, motions[HANDS])
     frame_state_rate(C, rates[:n])
     frame_state_rate(mutual, rates[n:])
     return True

@@ -8,6 +8,7 @@ import numpy as np
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.sensed_wrench import shifted_moment
 from geoimp_drake.rotations.so3 import skew
+from geoimp_drake.small_arrays import joined
 from geoimp_drake.typing import Array
 
 __all__ = ["grasp_matrix", "object_wrench", "printed_object_wrench"]
@@ -34,7 +35,7 @@ def object_wrench(h_1: Array, h_2: Array, p_O1: Array, p_O2: Array) -> Array:
         p_O2: p_2 − p_o (3,), in W [m].
     """
     moment = shifted_moment(h_1[:3], h_1[3:], -p_O1) + shifted_moment(h_2[:3], h_2[3:], -p_O2)
-    return np.concatenate((moment, h_1[3:] + h_2[3:]))
+    return joined(moment, h_1[3:] + h_2[3:])
 
 
 def grasp_matrix(p_O1: Array, p_O2: Array) -> Array:

@@ -18,14 +18,9 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_VELOCITY,
-    LINEAR_ACCELERATION,
-    LINEAR_VELOCITY,
-    POSITION,
     QUATERNION,
 )
-from geoimp_drake.rotations.components import Row, xyz
+from geoimp_drake.rotations.components import xyz
 from geoimp_drake.rotations.quaternion import from_rotation
 from geoimp_drake.rotations.tuples import (
     ORIGIN,
@@ -40,6 +35,7 @@ from geoimp_drake.rotations.tuples import (
     turn,
     write_pose,
 )
+from geoimp_drake.small_arrays import Row, matrix
 from geoimp_drake.typing import Array
 
 __all__ = ["motion_along", "pose_along"]
@@ -93,14 +89,9 @@ def motion_along(path: Array, q: Array, v: Array, dv: Array, motion: Array) -> N
                 v_P, a_P = _carried(v_P, a_P, w, dw, before, p)
                 v_P = plus(v_P, rate)
                 a_P = plus(a_P, plus(push, scaled(2.0, crossed(w, rate))))
-    X_WE = np.empty((3, 4))
-    write_pose(R, p, X_WE)
-    motion[QUATERNION] = from_rotation(X_WE[:, :3])
-    motion[POSITION] = X_WE[:, 3]
-    motion[ANGULAR_VELOCITY] = w
-    motion[LINEAR_VELOCITY] = v_P
-    motion[ANGULAR_ACCELERATION] = dw
-    motion[LINEAR_ACCELERATION] = a_P
+    motion[QUATERNION] = from_rotation(matrix(R[0], R[1], R[2]))
+    for start, a in ((4, p), (7, w), (10, v_P), (13, dw), (16, a_P)):
+        motion[start], motion[start + 1], motion[start + 2] = a
 
 
 @compilable

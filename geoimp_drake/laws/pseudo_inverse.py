@@ -1,8 +1,8 @@
 """The weighted pseudo-inverse of the Jacobian and its time derivative."""
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
+from geoimp_drake.laws.linear_equations import inverse
+from geoimp_drake.small_arrays import identity_like
 from geoimp_drake.typing import Array
 
 __all__ = ["null_space_projector", "pseudo_inverse_rate", "weighted_pseudo_inverse"]
@@ -10,7 +10,7 @@ __all__ = ["null_space_projector", "pseudo_inverse_rate", "weighted_pseudo_inver
 
 @compilable
 def weighted_pseudo_inverse(J: Array, W_inverse: Array) -> Array:
-    """Returns (3.33) J† = W⁻¹Jᵀ(JW⁻¹Jᵀ)⁻¹ (n, 6). Floats only: it inverts with LAPACK.
+    """Returns (3.33) J† = W⁻¹Jᵀ(JW⁻¹Jᵀ)⁻¹ (n, 6). Floats only.
 
     With (3.36) W = B, the inertia matrix, it is dynamically consistent: by (3.34), (3.35) a wrench
     at the end effector then causes no null-space joint acceleration.
@@ -20,13 +20,14 @@ def weighted_pseudo_inverse(J: Array, W_inverse: Array) -> Array:
         W_inverse: inverse of the weight, symmetric positive definite (n, n).
     """
     W_inverse_Jt = W_inverse @ J.T
-    return W_inverse_Jt @ np.linalg.inv(J @ W_inverse_Jt)
+    return W_inverse_Jt @ inverse(J @ W_inverse_Jt)
 
 
 @compilable
 def null_space_projector(J: Array, J_pinv: Array) -> Array:
     """Returns I − J†J (n, n): joint velocities in its range do not move the end effector."""
-    return np.eye(J.shape[1]) - J_pinv @ J
+    P = J_pinv @ J
+    return identity_like(P) - P
 
 
 @compilable

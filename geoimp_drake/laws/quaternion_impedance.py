@@ -4,12 +4,11 @@ Moment and potential are the same for Q and −Q, so they are continuous through
 Kinetic energy and damping are those of `angle_axis_impedance`.
 """
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.laws import compliant_rotation
 from geoimp_drake.rotations.components import wxyz, xyz
 from geoimp_drake.rotations.quaternion import E, relative, to_rotation
+from geoimp_drake.small_arrays import vector
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -36,12 +35,8 @@ def elastic_moment(Q_CD: Array, K_o: Array) -> Array:
     """
     w, x, y, z = wxyz(Q_CD)
     a, b, c = xyz(K_o @ Q_CD[1:])
-    return np.array(
-        [
-            2.0 * (w * a + y * c - z * b),
-            2.0 * (w * b + z * a - x * c),
-            2.0 * (w * c + x * b - y * a),
-        ]
+    return vector(
+        2.0 * (w * a + y * c - z * b), 2.0 * (w * b + z * a - x * c), 2.0 * (w * c + x * b - y * a)
     )
 
 

@@ -3,10 +3,9 @@
 Spatial vectors are [angular; linear], in W.
 """
 
-import numpy as np
-
 from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations.so3 import cross
+from geoimp_drake.small_arrays import joined, vector
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -35,7 +34,7 @@ def rigid_mutual_velocity(w_WC: Array, p_12_W: Array) -> Array:
 
     With a Δp_r21 that is constant in W, and Δv_r21 = 0, the grasp would open as C turns.
     """
-    return np.concatenate((np.zeros(3), cross(w_WC, p_12_W)))
+    return joined(vector(0.0, 0.0, 0.0), cross(w_WC, p_12_W))
 
 
 @compilable
@@ -48,4 +47,4 @@ def rigid_mutual_acceleration(w_WC: Array, dw_WC: Array, p_12_W: Array) -> Array
         p_12_W: Δp_r21 (3,), in W [m], constant in C.
     """
     linear = cross(dw_WC, p_12_W) + cross(w_WC, cross(w_WC, p_12_W))
-    return np.concatenate((np.zeros(3), linear))
+    return joined(vector(0.0, 0.0, 0.0), linear)

@@ -4,6 +4,7 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import SingularityError
+from geoimp_drake.laws.linear_equations import solution
 from geoimp_drake.typing import Array
 
 __all__ = ["check_regular", "resolved_acceleration"]
@@ -11,7 +12,7 @@ __all__ = ["check_regular", "resolved_acceleration"]
 
 @compilable
 def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
-    """(2.5) α = J⁻¹(a − J̇q̇), which gives (2.6) v̇_e = a. Floats only: it solves with LAPACK.
+    """(2.5) α = J⁻¹(a − J̇q̇), which gives (2.6) v̇_e = a. Floats only.
 
     Args:
         J: Jacobian of the end effector (6, 6), its rows [angular; linear], in W.
@@ -25,7 +26,7 @@ def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
         numpy.linalg.LinAlgError: J is exactly singular. Near a singularity α is large, not refused:
             see `check_regular`.
     """
-    return np.linalg.solve(J, a - Jdot_v)
+    return solution(J, a - Jdot_v)
 
 
 def check_regular(J: Array, smallest: float = 1e-6) -> None:

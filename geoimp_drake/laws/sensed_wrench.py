@@ -12,8 +12,8 @@ from geoimp_drake.laws.motion_vector import (
     is_finite,
     is_frame_motion,
 )
-from geoimp_drake.rotations.components import composed, turned
 from geoimp_drake.rotations.so3 import cross
+from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
 __all__ = ["inertial_acceleration", "load_of_tool", "sensed_wrench", "shifted_moment"]
@@ -56,7 +56,7 @@ def load_of_tool(
         dw_WT: its angular acceleration, in W (3) [rad/s²].
     """
     f = mass * (a_WC - gravity)
-    return cross(p_SC, f) + turned(I_TC, dw_WT) + cross(w_WT, turned(I_TC, w_WT)), f
+    return cross(p_SC, f) + I_TC @ dw_WT + cross(w_WT, I_TC @ w_WT), f
 
 
 @compilable
@@ -96,15 +96,18 @@ def sensed_wrench(
     """
     if not is_finite(reading) or not is_frame_motion(motion):
         return False
-    R_WT, p_WT = X_WT[:, :3], X_WT[:, 3]
-    R_WS = composed(R_WT, X_TS[:, :3])
-    p_WS = p_WT + turned(R_WT, X_TS[:, 3])
-    p_WE, p_SC = p_WT + turned(R_WT, p_TE), turned(R_WS, p_SC_S)
-    w, dw = motion[ANGULAR_VELOCITY], motion[ANGULAR_ACCELERATION]
-    a_WC = inertial_acceleration(motion[LINEAR_ACCELERATION], w, dw, p_WS + p_SC - motion[POSITION])
-    I_TC = composed(composed(R_WS, I_TC_S), R_WS.T)
-    load_moment, load_force = load_of_tool(mass, p_SC, I_TC, gravity, a_WC, w, dw)
-    force = turned(R_WS, reading[3:]) - load_force
-    h[:3] = shifted_moment(turned(R_WS, reading[:3]) - load_moment, force, p_WE - p_WS)
-    h[3:] = force
+    X, X_S, h_S, P = sized(X_WT, 3, 4), sized(X_TS, 3, 4), sized(reading, 6), sized(motion, 19)
+    R_WT, R_WS = X[:, :3], X[:, :3] @ X_S[:, :3]
+    p_TS_W, p_TE_W, p_SC = R_WT @ X_S[:, 3], R_WT @ sized(p_TE, 3), R_WS @ sized(p_SC_S, 3)
+    w, dw, p_PC = (
+        P[ANGULAR_VELOCITY],
+        P[ANGULAR_ACCELERATION],
+        X[:, 3] + p_TS_W + p_SC - P[POSITION],
+    )
+    a_WC = inertial_acceleration(P[LINEAR_ACCELERATION], w, dw, p_PC)
+    I_TC = R_WS @ sized(I_TC_S, 3, 3) @ R_WS.T
+    load_moment, load_force = load_of_tool(mass, p_SC, I_TC, sized(gravity, 3), a_WC, w, dw)
+    force = R_WS @ h_S[3:] - load_force
+    h[:3] = shifted_moment(R_WS @ h_S[:3] - load_moment, force, p_TE_W - p_TS_W)
+    h[3:6] = force
     return True

@@ -43,7 +43,7 @@ def sensor_reading(
     for k in range(6):
         value, step = raw[k], resolution[k]
         if step > 0.0:
-            value = np.round(value / step) * step
+            value = np.rint(value / step) * step
         value = min(max(value, -limits[k]), limits[k])
         reading[k] = value if gain == 1.0 else before[k] + gain * (value - before[k])
     return True
@@ -52,5 +52,9 @@ def sensor_reading(
 @compilable
 def peak_reading(raw: Array, before: Array, limits: Array, peak: Array) -> bool:
     """Writes the largest |raw|/range so far (6,); says whether one has left its range just now."""
-    peak[:] = np.maximum(before, np.abs(raw) / limits)
-    return bool(((before <= 1.0) & (peak > 1.0)).any())
+    passed = False
+    for k in range(6):
+        largest = max(before[k], abs(raw[k]) / limits[k])
+        passed = passed or (before[k] <= 1.0 and largest > 1.0)
+        peak[k] = largest
+    return passed

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geoimp_drake.compiled import compilable
-from geoimp_drake.rotations.components import Row, rows, xyz
+from geoimp_drake.rotations.components import rows, xyz
 from geoimp_drake.rotations.tuples import (
     ORIGIN,
     UNTURNED,
@@ -38,6 +38,7 @@ from geoimp_drake.rotations.tuples import (
     turn,
     write_pose,
 )
+from geoimp_drake.small_arrays import Row
 from geoimp_drake.typing import Array
 
 __all__ = [

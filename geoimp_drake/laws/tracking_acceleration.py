@@ -6,6 +6,7 @@ from functools import cache
 from geoimp_drake.laws.motion_vector import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
     LINEAR_ACCELERATION,
     LINEAR_VELOCITY,
     POSITION,
@@ -13,6 +14,7 @@ from geoimp_drake.laws.motion_vector import (
     is_frame_motion,
 )
 from geoimp_drake.laws.position_control import position_acceleration
+from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
 __all__ = ["tracking_acceleration"]
@@ -48,21 +50,22 @@ def tracking_acceleration(orientation_law: Callable[..., Array]) -> Callable[...
         """
         if not is_frame_motion(reference):
             return False
+        R, V = sized(reference, FRAME_MOTION_SIZE), sized(V_WE, 6)
         a[:3] = orientation_law(
-            reference[QUATERNION],
-            reference[ANGULAR_VELOCITY],
-            reference[ANGULAR_ACCELERATION],
-            Q_WE,
-            V_WE[:3],
-            orientation[0],
-            orientation[1],
+            R[QUATERNION],
+            R[ANGULAR_VELOCITY],
+            R[ANGULAR_ACCELERATION],
+            sized(Q_WE, 4),
+            V[:3],
+            sized(orientation[0], 3, 3),
+            sized(orientation[1], 3, 3),
         )
-        a[3:] = position_acceleration(
-            reference[LINEAR_ACCELERATION],
-            reference[LINEAR_VELOCITY] - V_WE[3:],
-            reference[POSITION] - p_WE,
-            position[0],
-            position[1],
+        a[3:6] = position_acceleration(
+            R[LINEAR_ACCELERATION],
+            R[LINEAR_VELOCITY] - V[3:],
+            R[POSITION] - sized(p_WE, 3),
+            sized(position[0], 3, 3),
+            sized(position[1], 3, 3),
         )
         return True
 

@@ -13,8 +13,9 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError
-from geoimp_drake.rotations.components import matrix, wxyz
+from geoimp_drake.rotations.components import wxyz
 from geoimp_drake.rotations.quaternion import angle_over_sine
+from geoimp_drake.small_arrays import matrix
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -143,7 +144,7 @@ def omega(row: Representation, Q: Array) -> Array:
 def displacement_of(coefficients: Coefficients, Q: Array) -> Array:
     """The displacement with the coefficients of a row: see `displacement`."""
     epsilon = Q[1:]
-    k, _, _ = coefficients(Q[0], np.dot(epsilon, epsilon))
+    k, _, _ = coefficients(Q[0], epsilon @ epsilon)
     return k * epsilon
 
 

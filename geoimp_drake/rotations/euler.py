@@ -10,7 +10,8 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import SingularityError
-from geoimp_drake.rotations.components import matrix, rows, xyz
+from geoimp_drake.rotations.components import rows, xyz
+from geoimp_drake.small_arrays import matrix, vector
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -45,7 +46,7 @@ def from_rotation(R: Array) -> Array:
     """The angles [rad] (3,) of `R`, roll and yaw in (−π, π], pitch in [−π/2, π/2]."""
     (xx, xy, xz), (_, _, yz), (_, _, zz) = rows(R)
     cos_pitch = np.sqrt(xx * xx + xy * xy)
-    return np.array([np.arctan2(-yz, zz), np.arctan2(xz, cos_pitch), np.arctan2(-xy, xx)])
+    return vector(np.arctan2(-yz, zz), np.arctan2(xz, cos_pitch), np.arctan2(-xy, xx))
 
 
 @compilable
@@ -89,7 +90,7 @@ def rates(phi: Array, w: Array, dw: Array) -> tuple[Array, Array]:
 def wrapped(dphi: Array) -> Array:
     """A difference of angles [rad], each brought into (−π, π]: continuous as an angle wraps."""
     x, y, z = xyz(dphi)
-    return np.array([_wrapped(x), _wrapped(y), _wrapped(z)])
+    return vector(_wrapped(x), _wrapped(y), _wrapped(z))
 
 
 @compilable
@@ -123,9 +124,11 @@ def _wrapped(angle: float) -> float:
 
 @compilable
 def _sines(phi: Array) -> tuple[float, float, float]:
-    return xyz(np.sin(phi))
+    a, b, c = xyz(phi)
+    return np.sin(a), np.sin(b), np.sin(c)
 
 
 @compilable
 def _cosines(phi: Array) -> tuple[float, float, float]:
-    return xyz(np.cos(phi))
+    a, b, c = xyz(phi)
+    return np.cos(a), np.cos(b), np.cos(c)

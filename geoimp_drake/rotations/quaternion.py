@@ -4,7 +4,8 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.errors import SignalError
-from geoimp_drake.rotations.components import matrix, rows, wxyz, xyz
+from geoimp_drake.rotations.components import rows, wxyz, xyz
+from geoimp_drake.small_arrays import matrix, vector
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -35,13 +36,11 @@ def product(A: Array, B: Array) -> Array:
     """The quaternion A * B (4,) of the rotation R(A) R(B)."""
     aw, ax, ay, az = wxyz(A)
     bw, bx, by, bz = wxyz(B)
-    return np.array(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ]
+    return vector(
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
     )
 
 
@@ -49,7 +48,7 @@ def product(A: Array, B: Array) -> Array:
 def conjugate(Q: Array) -> Array:
     """The quaternion {η, −ε} (4,) of the inverse rotation."""
     w, x, y, z = wxyz(Q)
-    return np.array([w, -x, -y, -z])
+    return vector(w, -x, -y, -z)
 
 
 @compilable
@@ -67,7 +66,7 @@ def relative(Q_WC: Array, Q_WD: Array) -> Array:
     x = cw * dx - cx * dw - cy * dz + cz * dy
     y = cw * dy + cx * dz - cy * dw - cz * dx
     z = cw * dz - cx * dy + cy * dx - cz * dw
-    return np.array([-w, -x, -y, -z] if w < 0.0 else [w, x, y, z])
+    return vector(-w, -x, -y, -z) if w < 0.0 else vector(w, x, y, z)
 
 
 @compilable
@@ -95,13 +94,13 @@ def from_rotation(R: Array) -> Array:
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows(R)
     trace = xx + yy + zz
     if trace >= max(xx, yy, zz):
-        row = np.array([1.0 + trace, zy - yz, xz - zx, yx - xy])
+        row = vector(1.0 + trace, zy - yz, xz - zx, yx - xy)
     elif xx >= max(yy, zz):
-        row = np.array([zy - yz, 1.0 + xx - yy - zz, xy + yx, xz + zx])
+        row = vector(zy - yz, 1.0 + xx - yy - zz, xy + yx, xz + zx)
     elif yy >= zz:
-        row = np.array([xz - zx, xy + yx, 1.0 - xx + yy - zz, yz + zy])
+        row = vector(xz - zx, xy + yx, 1.0 - xx + yy - zz, yz + zy)
     else:
-        row = np.array([yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz])
+        row = vector(yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz)
     return canonical(normalized(row))
 
 
@@ -115,13 +114,15 @@ def E(Q: Array) -> Array:
 @compilable
 def rate(Q: Array, w: Array) -> Array:
     """Q̇ (4,) from the angular velocity `w` [rad/s] in the base frame: η̇ = −½εᵀω, ε̇ = ½Eω."""
-    return 0.5 * product(np.array([0.0, *xyz(w)]), Q)
+    x, y, z = xyz(w)
+    return 0.5 * product(vector(0.0, x, y, z), Q)
 
 
 @compilable
 def rate_in_body(Q: Array, w: Array) -> Array:
     """Q̇ (4,) from the angular velocity `w` [rad/s] in the rotating frame: ε̇ = ½(ηI + S(ε))ω."""
-    return 0.5 * product(Q, np.array([0.0, *xyz(w)]))
+    x, y, z = xyz(w)
+    return 0.5 * product(Q, vector(0.0, x, y, z))
 
 
 @compilable
@@ -136,7 +137,7 @@ def exp(rotvec: Array) -> Array:
     else:
         theta = np.sqrt(t2)
         w, k = np.cos(0.5 * theta), np.sin(0.5 * theta) / theta
-    return np.array([w, k * x, k * y, k * z])
+    return vector(w, k * x, k * y, k * z)
 
 
 @compilable
@@ -153,7 +154,7 @@ def log(Q: Array) -> Array:
     """The rotation vector ϑ r [rad] (3,) of the unit quaternion `Q`, with 0 ≤ ϑ ≤ π."""
     w, x, y, z = wxyz(canonical(Q))
     k = angle_over_sine(w, x * x + y * y + z * z)
-    return np.array([k * x, k * y, k * z])
+    return vector(k * x, k * y, k * z)
 
 
 @compilable
@@ -161,7 +162,7 @@ def from_axis_angle(axis: Array, angle: float) -> Array:
     """The unit quaternion (4,) of the rotation by `angle` [rad] about the unit vector `axis`."""
     x, y, z = xyz(axis)
     s = np.sin(0.5 * angle)
-    return np.array([np.cos(0.5 * angle), s * x, s * y, s * z])
+    return vector(np.cos(0.5 * angle), s * x, s * y, s * z)
 
 
 @compilable

@@ -4,7 +4,8 @@ import numpy as np
 
 from geoimp_drake.compiled import compilable
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.rotations.components import matrix, xyz
+from geoimp_drake.rotations.components import xyz
+from geoimp_drake.small_arrays import matrix, vector
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -31,7 +32,7 @@ def skew(a: Array) -> Array:
 @compilable
 def vee(S: Array) -> Array:
     """The vector a (3,) of the skew matrix S(a): the inverse of `skew`."""
-    return np.array([S[2, 1], S[0, 2], S[1, 0]])
+    return vector(S[2, 1], S[0, 2], S[1, 0])
 
 
 @compilable
@@ -39,7 +40,7 @@ def cross(a: Array, b: Array) -> Array:
     """A × b (3,), some twenty times faster than `numpy.cross` on two single vectors."""
     ax, ay, az = xyz(a)
     bx, by, bz = xyz(b)
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    return vector(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
 
 
 @compilable

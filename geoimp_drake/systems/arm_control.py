@@ -92,7 +92,7 @@ class ArmControl(Block):
         self._chain = chain_arrays(model)
         self._is_redundant = n > TASK_DIMENSION
         self._law: Callable[..., bool] = (
-            compiled(redundant_arm_torque) if self._is_redundant else compiled(arm_torque)
+            compiled(redundant_arm_torque(n)) if self._is_redundant else compiled(arm_torque)
         )
         self._constants = model.state_order, model.actuation_order, *motion.gains
         self._internal = _internal_arguments(redundancy, n) if self._is_redundant else ()

@@ -151,7 +151,8 @@ class CooperativeKinematics(Block):
         if not (self._is_motion(first) and self._is_motion(second)):
             check_frame_motion(first, f"{self.get_name()}:motion_1")
             check_frame_motion(second, f"{self.get_name()}:motion_2")
-        motions = self._motion_law(first, second, self._nearby.Eval(context)[QUATERNION])
+        motions = np.empty((2, FRAME_MOTION_SIZE))
+        self._motion_law(first, second, self._nearby.Eval(context)[QUATERNION], motions)
         check_half_defined(motions[1])
         value.set_value(motions)
 
@@ -159,18 +160,19 @@ class CooperativeKinematics(Block):
         h_1, h_2 = (port.Eval(context) for port in self._wrenches)
         check_signal(h_1, f"{self.get_name()}:wrench_1")
         check_signal(h_2, f"{self.get_name()}:wrench_2")
-        value.set_value(
-            self._wrench_law(
-                h_1,
-                h_2,
-                self._motions[0].Eval(context)[QUATERNION],
-                self._found_motions.Eval(context),
-                self._printed,
-                *self._inertia,
-                self._gravity,
-                self._reference_motion(context),
-            )
+        wrenches = np.empty((3, 6))
+        self._wrench_law(
+            h_1,
+            h_2,
+            self._motions[0].Eval(context)[QUATERNION],
+            self._found_motions.Eval(context),
+            self._printed,
+            *self._inertia,
+            self._gravity,
+            self._reference_motion(context),
+            wrenches,
         )
+        value.set_value(wrenches)
 
     def _reference_motion(self, context: Context) -> Array:
         """Returns the motion whose inertial load is removed; zeros if there is none."""

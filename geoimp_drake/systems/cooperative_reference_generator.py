@@ -173,14 +173,17 @@ class CooperativeReferenceGenerator(Block):
         C = self._compliant.Eval(context)
         if not self._is_motion(C):
             check_frame_motion(C, f"{self.get_name()}:compliant_motion")
+        hands = np.empty((2, FRAME_MOTION_SIZE))
         if not self._mutual.HasValue(context):
-            value.set_value(self._rigid(C, self._mutual_pose(context)))
+            self._rigid(C, self._mutual_pose(context), hands)
+            value.set_value(hands)
             return
         mutual = self._mutual.Eval(context)
         if not self._is_motion(mutual):
             check_frame_motion(mutual, f"{self.get_name()}:mutual_motion")
         check_half_defined(mutual)
-        value.set_value(self._moving(C, mutual))
+        self._moving(C, mutual, hands)
+        value.set_value(hands)
 
 
 def measured_mutual_pose(system: str, first: Array, second: Array) -> Array:

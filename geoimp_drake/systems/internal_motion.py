@@ -104,7 +104,7 @@ def evaluate_internal_motion(
     B_inverse, J_pinv, N, beta, e_n = gains.error(
         J,
         arm.B,
-        gains.weight[1] if gains.weight else arm.B,
+        gains.weight[1] if gains.weight else np.ascontiguousarray(arm.B),
         gains.weight is None,
         gains.damping.threshold,
         gains.damping.factor,

@@ -45,7 +45,8 @@ class Grasped:
         pose[0] = abs(pose[0]) + 0.2  # clear of ϑ_21 = π
         pose[:4] = quaternion.normalized(pose[:4])
         self.pose = pose
-        self.hands = rigid_references(self.O, pose)
+        self.hands = np.empty((2, 19))
+        rigid_references(self.O, pose, self.hands)
         self.wrenches = self.carrying(rng)
 
     def carrying(self, rng) -> tuple[np.ndarray, np.ndarray]:
@@ -214,7 +215,8 @@ def test_bad_prescribed_pose_is_named(pose: MutualPose, text: str) -> None:
 @SEEDS
 def test_references_with_a_mutual_motion_at_rest_are_those_without_it(seed: int) -> None:
     grasped = Grasped(seed)
-    resting = moving_references(grasped.O, motion_of(grasped.pose[:4], grasped.pose[4:]))
+    resting = np.empty((2, 19))
+    moving_references(grasped.O, motion_of(grasped.pose[:4], grasped.pose[4:]), resting)
     for moving, rigid in zip(resting, grasped.hands, strict=True):
         np.testing.assert_allclose(moving, rigid, atol=1e-13)
 
@@ -226,7 +228,8 @@ def test_mutual_motion_of_moving_references_is_the_one_given(seed: int) -> None:
     grasped = Grasped(seed)
     mutual = motion_of(grasped.pose[:4], grasped.pose[4:])
     mutual[VELOCITY] = 0.3 * rng.normal(size=6)
-    hands = moving_references(grasped.O, mutual)
+    hands = np.empty((2, 19))
+    moving_references(grasped.O, mutual, hands)
     rig = Rig(CooperativeKinematics(), grasped.signals(motion_1=hands[0], motion_2=hands[1]))
     middle, found = rig.read("object_motion"), rig.read("mutual_motion")
     assert same_rotation(middle[QUATERNION], grasped.O[QUATERNION]) < 1e-14

@@ -1,0 +1,63 @@
+"""Small arrays of a known shape, which a compiled law keeps in registers.
+
+Vectors, quaternions and 3×3 matrices are the words of the laws. For numba each array is a piece of
+memory, allocated, counted and released, which costs more than the arithmetic, and takes long to
+compile. What these functions return is, compiled, a value: its entries and no memory at all
+(`compiled_arrays.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
+
+A compiled law takes its signals by `sized` and may then use of each other: `+`, `-`, `@`, `.T`,
+`-a`, products with and quotients by a number, and entries and slices whose places are constants. It
+writes what it found to slices of arrays, `motion[POSITION] = p`.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.typing import Array
+
+__all__ = ["Row", "identity_like", "joined", "matrix", "sized", "sized_like", "stored", "vector"]
+
+Row = tuple[Any, Any, Any]
+
+
+def vector(*entries: Any) -> Array:
+    """The vector (n,) with the given entries."""
+    return np.array(entries)
+
+
+def matrix(first: Row, second: Row, third: Row) -> Array:
+    """The matrix (3, 3) with the given rows."""
+    return np.array((first, second, third))
+
+
+def joined(first: Array, second: Array) -> Array:
+    """The vector (m + n,) of the entries of two vectors (m,) and (n,)."""
+    return np.concatenate((first, second))
+
+
+def sized(a: Array, *shape: int) -> Array:
+    """The array `a` of a shape that must be its own: it is not looked at when compiled.
+
+    Do not write to `a` as long as the result is used: only compiled it is a copy.
+
+    Args:
+        a: an array.
+        shape: its shape, of literal integers.
+    """
+    return a
+
+
+def sized_like(a: Array, pattern: Array) -> Array:
+    """The array `a`, compiled of a known shape if `pattern`, which has the same, is so."""
+    return a
+
+
+def stored(a: Array) -> Array:
+    """The array `a`, compiled in memory: for loops over entries, and for LAPACK."""
+    return a
+
+
+def identity_like(A: Array) -> Array:
+    """The unit matrix of the size of a square matrix (n, n)."""
+    return np.eye(len(A))
