@@ -310,11 +310,18 @@ def _add_sensors(
         # Two sensors do not have the same noise.
         config = dataclasses.replace(scenario.sensor, seed=2 * scenario.seed + k)
         sensors[arm] = add_wrist_sensor(
-            builder, plant, joint, models.hands[arm], config, tool, initial
+            builder,
+            plant,
+            joint,
+            models.hands[arm],
+            config,
+            tool,
+            initial,
+            reference_is_held=True,
         )
         sensors[arm].set_name(f"{arm}_{WRIST_SENSOR}")
         builder.Connect(
-            controller.GetOutputPort(f"reference_motion_{k}"),
+            controller.GetOutputPort(f"last_reference_motion_{k}"),
             sensors[arm].GetInputPort("reference_motion"),
         )
     return sensors

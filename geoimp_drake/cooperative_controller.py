@@ -80,10 +80,12 @@ def make_cooperative_controller(
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
         output reference_motion_1: what the first hand follows, in W (19)
+        output last_reference_motion_1: the same when the last step began; a held state (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
         output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
         output reference_motion_2: the same of the second (19)
+        output last_reference_motion_2: the same of the second (19)
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
@@ -115,6 +117,8 @@ def make_cooperative_controller(
         # The inner loops track the references in the place of D.
         builder.Connect(motion, arm.GetInputPort("reference_motion"))
         builder.ExportOutput(motion, f"reference_motion_{k}")
+        last = f"last_reference_motion_{k}"
+        builder.ExportOutput(held.GetOutputPort(last), last)
         for port in ("actuation", "measured_motion", "peak_effort"):
             builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
     diagram = builder.Build()

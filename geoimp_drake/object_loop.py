@@ -11,6 +11,7 @@ from geoimp_drake.systems.cooperative_reference_generator import CooperativeRefe
 from geoimp_drake.systems.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.internal_impedance import InternalImpedance
+from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.typing import Array
@@ -120,6 +121,10 @@ def _separate(
         motions = _add_watch(builder, *watch, motions)
     for k, motion in enumerate(motions, 1):
         builder.ExportOutput(motion, f"reference_motion_{k}")
+    for k, motion in enumerate(motions, 1):
+        last = builder.AddNamedSystem(f"last_reference_motion_{k}", LastMotion())
+        builder.Connect(motion, last.GetInputPort("motion"))
+        builder.ExportOutput(last.GetOutputPort("last_motion"), f"last_reference_motion_{k}")
     return builder.Build()
 
 

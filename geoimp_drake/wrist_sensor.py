@@ -34,7 +34,8 @@ def add_wrist_sensor(
 
     Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
     its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
-    `reference_is_held` to its `last_compliant_motion`, which costs less.
+    `reference_is_held` to its `last_compliant_motion` or, of two arms that hold an object, its
+    `last_reference_motion_1` and `_2`, which costs less.
 
     Args:
         builder: holds `plant` already.

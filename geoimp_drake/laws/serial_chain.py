@@ -143,9 +143,11 @@ def chain_dynamics(
     for j in range(n - 1, -1, -1):
         outward += links[j]
         doutward += dlinks[j]
-        _write_momentum(outward, s[j], f)
-        _write_momentum(outward, ds[j], df)
-        _add_momentum(doutward, s[j], df)
+        f[:] = 0.0
+        df[:] = 0.0
+        _add_momentum(outward, _halves(s[j]), f)
+        _add_momentum(outward, _halves(ds[j]), df)
+        _add_momentum(doutward, _halves(s[j]), df)
         for i in range(j + 1):
             B[i, j] = B[j, i] = _dot(s[i], f)
             dB[i, j] = dB[j, i] = _dot(ds[i], f) + _dot(s[i], df)
@@ -173,17 +175,18 @@ def chain_coriolis(s: Array, links: Array, v: Array) -> Array:
 def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
     """Returns ṡ (n, 6), İ (n, 10) and the forces I A + İ V (n, 6) that the links' motion takes."""
     n = len(v)
-    ds, dlinks, forces = np.empty((n, 6)), np.zeros((n, 10)), np.empty((n, 6))
-    V, A = np.zeros(6), np.zeros(6)
+    ds, dlinks, forces = np.empty((n, 6)), np.zeros((n, 10)), np.zeros((n, 6))
+    w, v_O, dw, dv_O = ORIGIN, ORIGIN, ORIGIN, ORIGIN  # V and A
     for j in range(n):
-        V += v[j] * s[j]
-        (w, v_O), (a, b) = _halves(V), _halves(s[j])
-        ds[j, 0], ds[j, 1], ds[j, 2] = crossed(w, a)
-        ds[j, 3], ds[j, 4], ds[j, 5] = plus(crossed(w, b), crossed(v_O, a))
-        A += v[j] * ds[j]
+        a, b = _halves(s[j])
+        w, v_O = plus(w, scaled(v[j], a)), plus(v_O, scaled(v[j], b))
+        da, db = crossed(w, a), plus(crossed(w, b), crossed(v_O, a))
+        ds[j, 0], ds[j, 1], ds[j, 2] = da
+        ds[j, 3], ds[j, 4], ds[j, 5] = db
+        dw, dv_O = plus(dw, scaled(v[j], da)), plus(dv_O, scaled(v[j], db))
         _write_inertia_rate(links[j], w, v_O, dlinks[j])
-        _write_momentum(links[j], A, forces[j])
-        _add_momentum(dlinks[j], V, forces[j])
+        _add_momentum(links[j], (dw, dv_O), forces[j])
+        _add_momentum(dlinks[j], (w, v_O), forces[j])
     return ds, dlinks, forces
 
 
@@ -227,17 +230,10 @@ def _write_inertia_rate(link: Array, w: Row, v: Row, rate: Array) -> None:
 
 
 @compilable
-def _write_momentum(link: Array, V: Array, momentum: Array) -> None:
-    """Writes the spatial momentum (6,) [I ω + h × v; m v + ω × h] of an inertia (10,)."""
-    momentum[:] = 0.0
-    _add_momentum(link, V, momentum)
-
-
-@compilable
-def _add_momentum(link: Array, V: Array, momentum: Array) -> None:
-    """Adds the spatial momentum (6,) of an inertia (10,) that moves with V (6,)."""
+def _add_momentum(link: Array, V: tuple[Row, Row], momentum: Array) -> None:
+    """Adds the momentum [I ω + h × v; m v + ω × h] (6,) of an inertia (10,) moving with (ω, v)."""
     mass, x, y, z, xx, yy, zz, xy, yz, zx = _ten(link)
-    (wx, wy, wz), (vx, vy, vz) = _halves(V)
+    (wx, wy, wz), (vx, vy, vz) = V
     momentum[0] += xx * wx + xy * wy + zx * wz + y * vz - z * vy
     momentum[1] += xy * wx + yy * wy + yz * wz + z * vx - x * vz
     momentum[2] += zx * wx + yz * wy + zz * wz + x * vy - y * vx

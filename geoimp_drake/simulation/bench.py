@@ -16,6 +16,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.typing import Array
@@ -180,9 +181,10 @@ def time_experiment(experiment: Any, name: str, start: float) -> Timing:
         "drake": _under_drakes_controller(*loop[1:]),
     }
     seconds: dict[str, list[float]] = {key: [] for key in advance}
-    for _ in range(_WINDOWS):
-        for key, run in advance.items():
-            seconds[key].append(_timed(run) if run else math.nan)
+    with only_new_garbage():  # as `simulate` does
+        for _ in range(_WINDOWS):
+            for key, run in advance.items():
+                seconds[key].append(_timed(run) if run else math.nan)
     step = loop[1].scenario.plant.time_step
     micro = {key: statistics.median(s) * step / _WINDOW * 1e6 for key, s in seconds.items()}
     return Timing(name, micro["loop"], micro["logged"], micro["bare"], step, micro["drake"])

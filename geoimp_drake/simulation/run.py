@@ -9,6 +9,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 from tqdm import tqdm
 
+from geoimp_drake.simulation.garbage import only_new_garbage
+
 __all__ = ["Event", "Outcome", "simulate"]
 
 _log = logging.getLogger("drake")
@@ -80,13 +82,14 @@ def simulate(
         if real_time:
             simulator.set_target_realtime_rate(1.0)
         simulator.Initialize()
-        with tqdm(
+        bar = tqdm(
             total=duration,
             desc=label,
             unit="s",
             disable=not sys.stderr.isatty(),
             bar_format="{desc} {bar} {n:.1f}/{total:.1f} s simulated, {remaining} left",
-        ) as bar:
+        )
+        with bar, only_new_garbage():
             for end in _stops(duration, events):
                 simulator.AdvanceTo(end)
                 bar.update(simulator.get_context().get_time() - bar.n)

@@ -57,8 +57,10 @@ __all__ = ["ObjectControl"]
 _NO_WRENCH = np.zeros(6)
 
 
-# In one group of the state: ¹Q_21 and ᵒΔp_21 of the grasp, zeros for none yet; what is held.
+# In one group of the state: ¹Q_21 and ᵒΔp_21 of the grasp, zeros for none yet; what is held; and
+# the motion of C when the last step began, to which a sensor's reading belongs.
 _POSE, _HELD = slice(0, POSE_SIZE), slice(POSE_SIZE, POSE_SIZE + len(NOTHING_HELD))
+_LAST = slice(_HELD.stop, _HELD.stop + FRAME_MOTION_SIZE)
 
 
 @dataclass(slots=True)
@@ -68,6 +70,7 @@ class _Found:
     motions: Array = field(default_factory=lambda: np.zeros((6, 19)))  # laws/object_control.py
     wrenches: Array = field(default_factory=lambda: np.empty((3, 6)))
     rates: Array = field(default_factory=lambda: np.empty(2 * FRAME_STATE_SIZE))  # of the state
+    is_grasped: bool = False  # whether the state has the grasp's mutual pose already
 
 
 class ObjectControl(Block):
@@ -113,6 +116,8 @@ class ObjectControl(Block):
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
         output reference_motion_1: of the first hand in W (19)
         output reference_motion_2: of the second (19)
+        output last_reference_motion_1: of the first hand when the last step began (19)
+        output last_reference_motion_2: of the second (19)
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
 
@@ -156,9 +161,8 @@ class ObjectControl(Block):
     def _declare_state(self) -> None:
         # As declared it is zero, quaternions included: nothing has started.
         self.DeclareContinuousState(2 * FRAME_STATE_SIZE)
-        self._grasp = self.declare_state(np.zeros(_HELD.stop))
-        # The motion of C when the last step began: a sensor's reading belongs to it.
-        self._last = self.declare_state(frame_motion_vector())
+        self._grasp = self.declare_state(np.zeros(_LAST.stop))
+        self._last_references = [self.declare_state(frame_motion_vector()) for _ in range(2)]
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
@@ -176,7 +180,7 @@ class ObjectControl(Block):
         hands = tickets_of(self, *self._hands)
         grasp = hands | {self.ticket_of_state(self._grasp)}
         law = inputs | grasp | tickets_of(self, *self._wrenches)
-        law |= {self.xc_ticket(), self.ticket_of_state(self._last)}
+        law |= {self.xc_ticket()}
         if self._hold is not None:
             law |= {self.time_ticket(), self.ticket_of_state(self._opened)}
         # They change when the scale does, not with every step.
@@ -194,6 +198,8 @@ class ObjectControl(Block):
         declare_output(self, "mutual_reference", 19, self._mutual_reference, grasp)
         for k in range(2):
             declare_output(self, f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
+        for k in range(2):
+            self.declare_state_output(f"last_reference_motion_{k + 1}", self._last_references[k])
         if self._hold is not None:
             self.declare_state_output("opened", self._opened)
             release = {self.ticket_of_state(k) for k in (self._grasp, self._opened)}
@@ -204,8 +210,8 @@ class ObjectControl(Block):
         """Forgets C and the grasp. They start with the first step, after the joints' readings."""
         state.get_mutable_continuous_state().SetFromVector(np.zeros(2 * FRAME_STATE_SIZE))
         start = [
-            (self._grasp, np.zeros(_HELD.stop)),
-            (self._last, frame_motion_vector().value()),
+            (self._grasp, np.zeros(_LAST.stop)),
+            *((last, frame_motion_vector().value()) for last in self._last_references),
         ]
         if self._hold is not None:
             start += [(self._times, TIMES_AT_START), (self._opened, NOTHING_OPENED)]
@@ -219,12 +225,15 @@ class ObjectControl(Block):
     def _start_or_normalize(self, context: Context, state: State) -> None:
         # The law's quaternions are normalized. This comes with the plant's step, whose torques have
         # evaluated the law already.
-        motions = self._motions(context)
-        x = motions[COMPLIANT : MUTUAL + 1, :FRAME_STATE_SIZE].ravel()
+        found = self._found.Eval(context)
+        x = found.motions[COMPLIANT : MUTUAL + 1, :FRAME_STATE_SIZE].ravel()
         state.get_mutable_continuous_state().SetFromVector(x)
-        state.get_mutable_discrete_state(self._last).SetFromVector(motions[COMPLIANT])
-        if not is_set(context.get_discrete_state(self._grasp).value()):
-            grasp = state.get_mutable_discrete_state(self._grasp).get_mutable_value()
+        discrete = state.get_mutable_discrete_state()
+        for last, reference in zip(self._last_references, found.motions[HANDS], strict=True):
+            discrete.set_value(last, reference)
+        grasp = discrete.get_mutable_value(self._grasp)
+        grasp[_LAST] = found.motions[COMPLIANT]
+        if not found.is_grasped:
             grasp[_POSE] = self._initial_pose(self._measured(context))
 
     def _watch_grasps(
@@ -268,12 +277,11 @@ class ObjectControl(Block):
         desired = self._desired.Eval(context)
         # A copy: the law is compiled once more for an array that cannot be written to.
         grasp = context.get_discrete_state(self._grasp).CopyToVector()
-        pose = grasp[_POSE] if is_set(grasp) else self._initial_pose(hands)
-        state = context.get_continuous_state_vector().CopyToVector()
-        reference = self._at_rest
-        if self._removes_inertial_load:
-            reference = context.get_discrete_state(self._last).value()
         found = value.get_mutable_value()
+        found.is_grasped = is_set(grasp)
+        pose = grasp[_POSE] if found.is_grasped else self._initial_pose(hands)
+        state = context.get_continuous_state_vector().CopyToVector()
+        reference = grasp[_LAST] if self._removes_inertial_load else self._at_rest
         if not self._law(
             *hands,
             *wrenches,
@@ -331,7 +339,7 @@ class ObjectControl(Block):
         return motions
 
     def _reference(self, k: int, context: Context) -> Array:
-        reference: Array = self._motions(context)[HANDS][k]
+        reference: Array = self._found.Eval(context).motions[HANDS.start + k]
         return reference
 
     def _mutual_reference(self, context: Context) -> Array:

@@ -40,6 +40,8 @@ BLOCKS = (
     "internal_impedance",
     "grasp_monitor",
     "hold",
+    "last_reference_motion_1",
+    "last_reference_motion_2",
 )
 STEPS = 50
 SAME = 1e-11  # relative to the largest entry of a port

@@ -49,6 +49,7 @@ from geoimp_drake.systems.industrial_controller import (
 )
 from geoimp_drake.systems.internal_impedance import InternalImpedance, InternalImpedanceConfig
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.motion_controller import MotionController
 from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
@@ -119,6 +120,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
     ObjectControl: (object_control, 0),
+    LastMotion: (LastMotion, 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     VelocityEstimator: (lambda: VelocityEstimator(9), 9),
