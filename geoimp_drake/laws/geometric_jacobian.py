@@ -12,6 +12,7 @@ joints beyond it are zero.
 import numpy as np
 
 from geoimp_drake.compiled import compilable
+from geoimp_drake.rotations.components import xyz
 from geoimp_drake.rotations.tuples import ORIGIN, crossed, plus, scaled
 from geoimp_drake.small_arrays import sized_like, stored
 from geoimp_drake.typing import Array
@@ -28,14 +29,13 @@ def jacobian_rate(J: Array, v: Array) -> Array:
         v: joint velocity q̇ (n,).
     """
     columns, rates = stored(J), stored(v)
-    dJ, n = np.empty(columns.shape), len(rates)
-    beyond, w = ORIGIN, ORIGIN
-    for j in range(n):
-        beyond = plus(beyond, scaled(rates[j], (columns[3, j], columns[4, j], columns[5, j])))
-    for j in range(n):
-        w_j = columns[0, j], columns[1, j], columns[2, j]
-        v_j = columns[3, j], columns[4, j], columns[5, j]
-        # The angular velocity of joint j's link, and what the joints beyond it add to the frame's.
+    dJ = np.empty(columns.shape)
+    w, beyond = ORIGIN, ORIGIN
+    for j in range(len(rates)):
+        beyond = plus(beyond, scaled(rates[j], xyz(columns[3:, j])))
+    for j in range(len(rates)):
+        w_j, v_j = xyz(columns[:3, j]), xyz(columns[3:, j])
+        # How joint j's link turns, and what the joints beyond it add to the frame's velocity.
         w, beyond = plus(w, scaled(rates[j], w_j)), plus(beyond, scaled(-rates[j], v_j))
         dJ[0, j], dJ[1, j], dJ[2, j] = crossed(w, w_j)
         dJ[3, j], dJ[4, j], dJ[5, j] = plus(crossed(w, v_j), crossed(w_j, beyond))
