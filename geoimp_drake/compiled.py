@@ -71,7 +71,7 @@ def _compiled(law: Any) -> Any:
     import numba
     import scipy.linalg  # noqa: F401 - numba's linear algebra calls it
 
-    import geoimp_drake.compiled_arrays  # noqa: F401 - numba learns of small arrays
+    from geoimp_drake.compiled_arrays import SmallArray  # noqa: F401 - numba learns of them
 
     _announce()
     _introduce_laws()

@@ -224,8 +224,8 @@ def _pointer(context: Any, builder: Any, kind: Any, array: Any, place: Sequence[
 # ------------------------------------------------------------------------------------- arithmetic
 
 
-def _entrywise(operation: Any, instruction: str) -> None:
-    """Makes `a ± b` known."""
+def _entry_by_entry(operation: Any, instruction: str) -> None:
+    """Makes a sum, difference or product of two arrays, entry by entry, known."""
 
     def result(a: types.Type, b: types.Type) -> Any:
         return signature(a, a, b) if isinstance(a, SmallArray) and a == b else None
@@ -262,9 +262,9 @@ def _with_number(operation: Any, instruction: str, *, number_first: bool) -> Non
     lower_builtin(operation, *kinds)(lower)
 
 
-_entrywise(operator.add, "fadd")
-_entrywise(operator.sub, "fsub")
-_entrywise(operator.mul, "fmul")
+_entry_by_entry(operator.add, "fadd")
+_entry_by_entry(operator.sub, "fsub")
+_entry_by_entry(operator.mul, "fmul")
 _with_number(operator.mul, "fmul", number_first=True)
 _with_number(operator.mul, "fmul", number_first=False)
 _with_number(operator.truediv, "fdiv", number_first=False)

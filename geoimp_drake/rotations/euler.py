@@ -124,11 +124,9 @@ def _wrapped(angle: float) -> float:
 
 @compilable
 def _sines(phi: Array) -> tuple[float, float, float]:
-    a, b, c = xyz(phi)
-    return np.sin(a), np.sin(b), np.sin(c)
+    return np.sin(phi[0]), np.sin(phi[1]), np.sin(phi[2])
 
 
 @compilable
 def _cosines(phi: Array) -> tuple[float, float, float]:
-    a, b, c = xyz(phi)
-    return np.cos(a), np.cos(b), np.cos(c)
+    return np.cos(phi[0]), np.cos(phi[1]), np.cos(phi[2])
