@@ -131,9 +131,15 @@ def _discard_outdated(folder: Path) -> None:
 
 @cache
 def _fingerprint() -> str:
-    """Returns a hash of every source that may be compiled."""
-    digest = hashlib.sha256(Path(__file__).read_bytes())
-    for part in ("rotations", "laws"):
-        for path in sorted((_PACKAGE / part).glob("*.py")):
-            digest.update(path.read_bytes())
+    """Returns a hash of every source from which machine code is made."""
+    digest = hashlib.sha256()
+    for path in _sources():
+        digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _sources() -> list[Path]:
+    """Returns what may be compiled, and what says how."""
+    modules = [_PACKAGE / f"{name}.py" for name in ("compiled", "compiled_arrays", "small_arrays")]
+    laws = [path for part in ("rotations", "laws") for path in (_PACKAGE / part).glob("*.py")]
+    return modules + sorted(laws)

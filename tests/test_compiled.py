@@ -140,6 +140,11 @@ def test_listing_the_experiments_does_not_import_numba() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, env=os.environ)
 
 
+def test_machine_code_is_outdated_when_what_makes_it_changes() -> None:
+    names = {path.relative_to(module._PACKAGE).as_posix() for path in module._sources()}
+    assert {"compiled.py", "compiled_arrays.py", "small_arrays.py", "laws/arm_torque.py"} <= names
+
+
 @needs_numba
 def test_outdated_machine_code_is_forgotten(tmp_path) -> None:
     forget = module._discard_outdated.__wrapped__
