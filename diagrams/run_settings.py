@@ -16,7 +16,7 @@ from geoimp_drake.config import (
 from geoimp_drake.diagrams.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.desired_motion import MotionSegment
-from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
+from geoimp_drake.systems.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.validation import positive
 
 __all__ = ["RunSettings"]

@@ -50,13 +50,13 @@ from geoimp_drake.simulation.visualization import add_visualization
 from geoimp_drake.systems.cooperative_kinematics import ObjectLoad
 from geoimp_drake.systems.cooperative_reference_generator import MutualPose
 from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.grasp_monitor import GraspMonitorConfig
 from geoimp_drake.systems.internal_impedance import InternalImpedanceConfig
 from geoimp_drake.systems.reference_hold import ReferenceHoldConfig
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_vector, positive
-from geoimp_drake.wrist_sensor import add_wrist_sensor, tool_load_beyond
+from geoimp_drake.wrist_sensor import add_wrist_sensors, tool_load_beyond, wrist_sensor_at
 
 __all__ = ["ARMS", "OBJECT", "AssumedGeometry", "TightScenario", "build_tight"]
 
@@ -184,7 +184,7 @@ def build_tight(
         # Joint states and wrenches go in, torques come out.
         for source, target in (
             (plant.get_state_output_port(instance), f"estimated_state_{k}"),
-            (sensors[arm].GetOutputPort("wrench"), f"wrench_{k}"),
+            (sensors.GetOutputPort(f"wrench_{k}"), f"wrench_{k}"),
         ):
             builder.Connect(source, controller.GetInputPort(target))
         builder.Connect(
@@ -298,31 +298,24 @@ def _add_sensors(
     models: _Models,
     scenario: TightScenario,
     controller: Diagram,
-) -> dict[str, ForceTorqueSensor]:
+) -> ForceTorqueSensors:
     """Adds a wrist sensor to each hand; its own rod is removed from the reading, the bar is not."""
     # At the start each hand bears half of the bar, and neither turns it.
     share = -0.5 * models.bar.default_mass() * plant.gravity_field().gravity_vector()
     initial = np.concatenate((np.zeros(3), share))
-    sensors = {}
+    hands = []
     for k, arm in enumerate(ARMS, 1):
         joint = sensor_joint_of(plant, arm)
         tool = tool_load_beyond(plant, joint, without=[models.bar.model_instance()])
         # Two sensors do not have the same noise.
         config = dataclasses.replace(scenario.sensor, seed=2 * scenario.seed + k)
-        sensors[arm] = add_wrist_sensor(
-            builder,
-            plant,
-            joint,
-            models.hands[arm],
-            config,
-            tool,
-            initial,
-            reference_is_held=True,
-        )
-        sensors[arm].set_name(f"{arm}_{WRIST_SENSOR}")
+        name = f"{arm}_{WRIST_SENSOR}"
+        hands.append(wrist_sensor_at(plant, joint, models.hands[arm], config, tool, initial, name))
+    sensors = add_wrist_sensors(builder, plant, hands, reference_is_held=True)
+    for k in range(1, len(ARMS) + 1):
         builder.Connect(
             controller.GetOutputPort(f"last_reference_motion_{k}"),
-            sensors[arm].GetInputPort("reference_motion"),
+            sensors.GetInputPort(f"reference_motion_{k}"),
         )
     return sensors
 
@@ -334,7 +327,7 @@ def _record(
     models: _Models,
     desired: DesiredMotion,
     controller: Diagram,
-    sensors: Mapping[str, ForceTorqueSensor],
+    sensors: ForceTorqueSensors,
 ) -> Recorder:
     """Logs what the log contract names for a tight cooperation."""
     recorder = Recorder(builder, scenario.log_period)
@@ -343,8 +336,8 @@ def _record(
             "u": controller.GetOutputPort(f"actuation_{k}"),
             "motion_E": true_motion(builder, plant, models.hands[arm], f"motion_of_E_{k}"),
             "motion_r": controller.GetOutputPort(f"reference_motion_{k}"),
-            "wrench": sensors[arm].GetOutputPort("wrench"),
-            "wrench_true": sensors[arm].GetOutputPort("wrench_true"),
+            "wrench": sensors.GetOutputPort(f"wrench_{k}"),
+            "wrench_true": sensors.GetOutputPort(f"wrench_true_{k}"),
         }
         record_arm(recorder, plant, arm, ports)
     for key, port in {

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from geoimp_drake.robot_files.loading import load_robot
     from geoimp_drake.robot_files.posture import find_start_posture
     from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-    from geoimp_drake.systems.force_torque_sensor import ToolLoad, WristSensorConfig
     from geoimp_drake.systems.industrial_controller import make_industrial_controller
-    from geoimp_drake.wrist_sensor import add_wrist_sensor
+    from geoimp_drake.systems.wrist_sensor_config import ToolLoad, WristSensorConfig
+    from geoimp_drake.wrist_sensor import add_wrist_sensor, add_wrist_sensors, wrist_sensor_at
 
 __version__ = "0.1.0"
 
@@ -36,12 +36,14 @@ __all__ = [
     "WristSensorConfig",
     "__version__",
     "add_wrist_sensor",
+    "add_wrist_sensors",
     "find_start_posture",
     "load_log",
     "load_robot",
     "make_cooperative_controller",
     "make_impedance_controller",
     "make_industrial_controller",
+    "wrist_sensor_at",
 ]
 
 # Each is imported when it is asked for: the command line starts without Drake.
@@ -50,15 +52,17 @@ _MODULES = {
     "DesiredMotion": "systems.desired_motion",
     "ImpedanceControllerConfig": "config",
     "MotionSegment": "systems.desired_motion",
-    "ToolLoad": "systems.force_torque_sensor",
-    "WristSensorConfig": "systems.force_torque_sensor",
+    "ToolLoad": "systems.wrist_sensor_config",
+    "WristSensorConfig": "systems.wrist_sensor_config",
     "add_wrist_sensor": "wrist_sensor",
+    "add_wrist_sensors": "wrist_sensor",
     "find_start_posture": "robot_files.posture",
     "load_log": "log_data",
     "load_robot": "robot_files.loading",
     "make_cooperative_controller": "cooperative_controller",
     "make_impedance_controller": "controllers",
     "make_industrial_controller": "systems.industrial_controller",
+    "wrist_sensor_at": "wrist_sensor",
 }
 
 

@@ -28,7 +28,7 @@ class CooperativeControllerConfig:
     internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
     monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
     opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
-    fused: bool = True  # what can be one system is, see `ArmControl`; without numba never
+    fused: bool = True  # one system, see `CooperativeControl`; without numba never
 
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""

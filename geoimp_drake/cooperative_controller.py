@@ -9,8 +9,17 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
-from geoimp_drake.inner_loop import make_inner_loop
-from geoimp_drake.object_loop import OBJECT_PORTS, WATCH_PORTS, make_object_loop
+from geoimp_drake.inner_loop import arm_blocks, make_inner_loop
+from geoimp_drake.inner_loop import can_be_fused as arm_can_be_fused
+from geoimp_drake.object_loop import (
+    OBJECT_PORTS,
+    REFERENCE_PORTS,
+    WATCH_PORTS,
+    make_object_loop,
+    object_blocks,
+)
+from geoimp_drake.object_loop import can_be_fused as object_can_be_fused
+from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_cooperative_controller"]
@@ -41,9 +50,8 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
-    Each arm is one system, `ArmControl`, and so is the object's part from `kinematics` to `hold`,
-    `ObjectControl`, unless `config.fused` is off: the same laws with fewer calls into
-    Python.
+    All of it is one system, `CooperativeControl`, unless `config.fused` is off: the same laws with
+    fewer calls into Python.
 
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
     in (2.3), the load that it carries included; the object's weight and inertial load are removed
@@ -77,15 +85,15 @@ def make_cooperative_controller(
         output internal_wrench: ½(h_2 − h_1), in W (6)
         output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21 (19)
+        output reference_motion_1: what the first hand follows, in W (19)
+        output reference_motion_2: what the second hand follows (19)
+        output last_reference_motion_1: the first when the last step began; a held state (19)
+        output last_reference_motion_2: the same of the second (19)
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
-        output reference_motion_1: what the first hand follows, in W (19)
-        output last_reference_motion_1: the same when the last step began; a held state (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
         output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
-        output reference_motion_2: the same of the second (19)
-        output last_reference_motion_2: the same of the second (19)
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
@@ -98,29 +106,27 @@ def make_cooperative_controller(
     """
     config = config or CooperativeControllerConfig()
     config.validate()
-    models = _models(plant, model_instances, end_effector_frames, loads)
-    builder = DiagramBuilder()
-    arms = _add_arms(builder, config, models, task_functions)
-    held = builder.AddNamedSystem(
-        "object", make_object_loop(config, plant.gravity_field().gravity_vector())
-    )
-    for k, arm in enumerate(arms, 1):
-        # O and its wrench are those of the hands; the grasp starts as they are.
-        builder.Connect(
-            arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
+    if len(task_functions) != 2:
+        raise ConfigurationError(
+            f"There are {len(task_functions)} task functions; give one for each of the two arms, "
+            f"None for the configured one."
         )
-    _export_inputs(builder, arms, held)
-    for port in (*OBJECT_PORTS, *(WATCH_PORTS if config.monitor.enabled else ())):
-        builder.ExportOutput(held.GetOutputPort(port), port)
-    for k, arm in enumerate(arms, 1):
-        motion = held.GetOutputPort(f"reference_motion_{k}")
-        # The inner loops track the references in the place of D.
-        builder.Connect(motion, arm.GetInputPort("reference_motion"))
-        builder.ExportOutput(motion, f"reference_motion_{k}")
-        last = f"last_reference_motion_{k}"
-        builder.ExportOutput(held.GetOutputPort(last), last)
-        for port in ("actuation", "measured_motion", "peak_effort"):
-            builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
+    models = _models(plant, model_instances, end_effector_frames, loads)
+    gravity = plant.gravity_field().gravity_vector()
+    # What `arm_blocks` and `make_inner_loop` take of each arm.
+    arms = [
+        (model, config.motion, config.sampling, redundancy, task)
+        for model, redundancy, task in zip(
+            models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
+        )
+    ]
+    builder = DiagramBuilder()
+    if config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config):
+        blocks = object_blocks(config, gravity)
+        _add_one(builder, CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms]))
+    else:
+        loops = [make_inner_loop(*arm, fused=config.fused) for arm in arms]
+        _add_three(builder, make_object_loop(config, gravity), loops, config.monitor.enabled)
     diagram = builder.Build()
     names = [plant.GetModelInstanceName(instance) for instance in model_instances]
     diagram.set_name(f"{'_'.join(names)}_cooperative_controller")
@@ -148,27 +154,35 @@ def _models(
     ]
 
 
-def _add_arms(
-    builder: DiagramBuilder,
-    config: CooperativeControllerConfig,
-    models: Sequence[ControlModel],
-    task_functions: Sequence[TaskFunction | None],
-) -> list[System]:
-    if len(task_functions) != 2:
-        raise ConfigurationError(
-            f"There are {len(task_functions)} task functions; give one for each of the two arms, "
-            f"None for the configured one."
+def _add_one(builder: DiagramBuilder, control: CooperativeControl) -> None:
+    builder.AddNamedSystem("control", control)
+    for port in map(control.get_input_port, range(control.num_input_ports())):
+        builder.ExportInput(port, port.get_name())
+    for port in map(control.get_output_port, range(control.num_output_ports())):
+        builder.ExportOutput(port, port.get_name())
+
+
+def _add_three(
+    builder: DiagramBuilder, held: System, loops: Sequence[System], is_watched: bool
+) -> None:
+    """Adds the object's part and both arms', with the ports that the one system has."""
+    arms = [builder.AddNamedSystem(f"arm_{k}", loop) for k, loop in enumerate(loops, 1)]
+    builder.AddNamedSystem("object", held)
+    for k, arm in enumerate(arms, 1):
+        # O and its wrench are those of the hands; the grasp starts as they are.
+        builder.Connect(
+            arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
         )
-    parts = (config.redundancy_1, config.redundancy_2)
-    return [
-        builder.AddNamedSystem(
-            f"arm_{k}",
-            make_inner_loop(
-                model, config.motion, config.sampling, redundancy, task, fused=config.fused
-            ),
+        # The inner loops track the references in the place of D.
+        builder.Connect(
+            held.GetOutputPort(f"reference_motion_{k}"), arm.GetInputPort("reference_motion")
         )
-        for k, model, redundancy, task in zip((1, 2), models, parts, task_functions, strict=True)
-    ]
+    _export_inputs(builder, arms, held)
+    for port in (*OBJECT_PORTS, *REFERENCE_PORTS, *(WATCH_PORTS if is_watched else ())):
+        builder.ExportOutput(held.GetOutputPort(port), port)
+    for k, arm in enumerate(arms, 1):
+        for port in ("actuation", "measured_motion", "peak_effort"):
+            builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
 
 
 def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System) -> None:

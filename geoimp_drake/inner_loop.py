@@ -6,11 +6,12 @@ from geoimp_drake.compiled import is_available
 from geoimp_drake.config import MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.systems.arm_control import ArmControl
+from geoimp_drake.systems.arm_loop import ArmBlocks
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.task_functions.task_function import TaskFunction
 
-__all__ = ["make_inner_loop"]
+__all__ = ["arm_blocks", "can_be_fused", "make_inner_loop"]
 
 
 def make_inner_loop(
@@ -39,18 +40,47 @@ def make_inner_loop(
         fused: one system, if laws can be compiled (without numba they cannot) and the orientation
             law is (2.15); else the blocks are separate.
     """
-    readings = sampling_config.make(model.num_joints)
-    motion = motion_config.make()
-    redundancy = redundancy_config.make(model, task_function)
-    if fused and is_available() and motion_config.orientation == "quaternion":
-        return ArmControl(model, readings, motion, redundancy)
+    blocks = arm_blocks(model, motion_config, sampling_config, redundancy_config, task_function)
+    if fused and can_be_fused(motion_config):
+        return ArmControl(blocks)
+    return _separate(blocks)
+
+
+def arm_blocks(
+    model: ControlModel,
+    motion_config: MotionConfig,
+    sampling_config: SamplingConfig,
+    redundancy_config: RedundancyConfig,
+    task_function: TaskFunction | None = None,
+) -> ArmBlocks:
+    """Returns the blocks of the loop but for those without a choice; see `make_inner_loop`."""
+    return ArmBlocks(
+        model,
+        sampling_config.make(model.num_joints),
+        motion_config.make(),
+        redundancy_config.make(model, task_function),
+    )
+
+
+def can_be_fused(motion_config: MotionConfig) -> bool:
+    """Whether the inner loop can be one system: laws are compiled, the orientation law is (2.15).
+
+    Args:
+        motion_config: of the loop.
+    """
+    return is_available() and motion_config.orientation == "quaternion"
+
+
+def _separate(blocks: ArmBlocks) -> System:
+    model, readings = blocks.model, blocks.readings
+    motion, redundancy = blocks.motion, blocks.redundancy
     builder = DiagramBuilder()
     builder.AddNamedSystem("joint_readings", readings)
     arm = builder.AddNamedSystem("arm_model", ArmModel(model))
     builder.AddNamedSystem("motion_control", motion)
     builder.AddNamedSystem("redundancy", redundancy)
     torque = builder.AddNamedSystem(
-        "inverse_dynamics", InverseDynamicsInnerLoop(model, sampling_config.period)
+        "inverse_dynamics", InverseDynamicsInnerLoop(model, readings.period)
     )
     for system in (motion, redundancy, torque):
         builder.Connect(arm.GetOutputPort("arm"), system.GetInputPort("arm"))

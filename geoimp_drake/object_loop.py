@@ -9,14 +9,20 @@ from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
 from geoimp_drake.systems.grasp_monitor import GraspMonitor
-from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
-from geoimp_drake.systems.internal_impedance import InternalImpedance
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.object_control import ObjectControl
+from geoimp_drake.systems.object_control_base import ObjectBlocks
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.typing import Array
 
-__all__ = ["OBJECT_PORTS", "WATCH_PORTS", "make_object_loop"]
+__all__ = [
+    "OBJECT_PORTS",
+    "REFERENCE_PORTS",
+    "WATCH_PORTS",
+    "can_be_fused",
+    "make_object_loop",
+    "object_blocks",
+]
 
 # Outputs besides the references.
 OBJECT_PORTS = (
@@ -28,6 +34,12 @@ OBJECT_PORTS = (
     "internal_wrench",
     "mutual_motion",
     "mutual_reference",
+)
+REFERENCE_PORTS = (
+    "reference_motion_1",
+    "reference_motion_2",
+    "last_reference_motion_1",
+    "last_reference_motion_2",
 )
 # And those of the watch over the grasps, if there is one.
 WATCH_PORTS = ("opened", "release")
@@ -50,37 +62,41 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
             (without numba they cannot) and the orientation family is the quaternion.
         gravity: g in W (3) [m/s²].
     """
-    kinematics = CooperativeKinematics(config.load, gravity, config.wrench)
-    impedance = config.impedance.make()
-    references = CooperativeReferenceGenerator(config.mutual_pose)
-    internal = None
-    if config.internal.enabled:
-        internal = config.internal.make("internal", config.sampling.period)
+    blocks = object_blocks(config, gravity)
+    if config.fused and can_be_fused(config):
+        return ObjectControl(blocks)
+    return _separate(blocks)
+
+
+def can_be_fused(config: CooperativeControllerConfig) -> bool:
+    """Whether the object's part can be one system: laws are compiled, the family is (3.30)'s.
+
+    Args:
+        config: of the whole controller.
+    """
+    return is_available() and config.impedance.orientation == "quaternion"
+
+
+def object_blocks(config: CooperativeControllerConfig, gravity: Array) -> ObjectBlocks:
+    """Returns the blocks; arguments are those of `make_object_loop`."""
+    period, load = config.sampling.period, config.load
+    internal = config.internal.make("internal", period) if config.internal.enabled else None
     watch = None
     if config.monitor.enabled:
-        period = config.sampling.period
         watch = config.monitor.make(period), ReferenceHold(config.opened, period)
-    removes_inertial_load = config.load.mass > 0 and config.load.inertial_load == "compliant"
-    if config.fused and is_available() and config.impedance.orientation == "quaternion":
-        return ObjectControl(
-            kinematics,
-            impedance,
-            references,
-            internal,
-            watch,
-            removes_inertial_load=removes_inertial_load,
-        )
-    return _separate(kinematics, impedance, references, internal, watch, removes_inertial_load)
+    return ObjectBlocks(
+        CooperativeKinematics(load, gravity, config.wrench),
+        config.impedance.make(),
+        CooperativeReferenceGenerator(config.mutual_pose),
+        internal,
+        watch,
+        removes_inertial_load=load.mass > 0 and load.inertial_load == "compliant",
+    )
 
 
-def _separate(
-    kinematics: CooperativeKinematics,
-    impedance: ImpedanceIntegrator,
-    references: CooperativeReferenceGenerator,
-    internal: InternalImpedance | None,
-    watch: tuple[GraspMonitor, ReferenceHold] | None,
-    removes_inertial_load: bool,
-) -> System:
+def _separate(blocks: ObjectBlocks) -> System:
+    kinematics, impedance, internal = blocks.kinematics, blocks.impedance, blocks.internal
+    references, watch = blocks.references, blocks.watch
     builder = DiagramBuilder()
     builder.AddNamedSystem("kinematics", kinematics)
     builder.AddNamedSystem("impedance", impedance)
@@ -94,7 +110,7 @@ def _separate(
     connect(kinematics, "object_motion", impedance, "measured_motion")
     connect(kinematics, "object_wrench", impedance, "wrench")
     connect(impedance, "compliant_motion", references, "compliant_motion")
-    if removes_inertial_load:
+    if blocks.removes_inertial_load:
         # A reading of the sensors is of the plant's last step. That also breaks the loop
         # acceleration of C → wrench → acceleration of C.
         connect(impedance, "last_compliant_motion", kinematics, "reference_motion")

@@ -8,15 +8,17 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.errors import ModelError
 from geoimp_drake.kinematic_tree import path_to, welded_bodies
-from geoimp_drake.systems.force_torque_sensor import (
-    ForceTorqueSensor,
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
+    WristSensor,
     WristSensorConfig,
 )
 from geoimp_drake.typing import Array
 
-__all__ = ["add_wrist_sensor", "tool_load_beyond"]
+__all__ = ["add_wrist_sensor", "add_wrist_sensors", "tool_load_beyond", "wrist_sensor_at"]
 
 
 def add_wrist_sensor(
@@ -34,17 +36,17 @@ def add_wrist_sensor(
 
     Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
     its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
-    `reference_is_held` to its `last_compliant_motion` or, of two arms that hold an object, its
-    `last_reference_motion_1` and `_2`, which costs less.
+    `reference_is_held` to its `last_compliant_motion`, which costs less. For two arms that hold an
+    object see `add_wrist_sensors`.
 
     Args:
         builder: holds `plant` already.
-        plant: finalized.
-        joint: the weld between the hand's mounting and the tool.
-        end_effector_frame: E, fixed beyond the joint.
-        config: sampling, errors and range; the default is an ideal sensor read every 1 ms.
-        tool: the load to remove; by default that of every body beyond the joint, from the plant.
-        initial_wrench: h until the first sample, one period after the start (6); zero unless given.
+        plant: this and the following five are those of `wrist_sensor_at`.
+        joint: see there.
+        end_effector_frame: see there.
+        config: see there.
+        tool: see there.
+        initial_wrench: see there.
         reference_is_held: see `ForceTorqueSensor`.
 
     Returns:
@@ -53,6 +55,88 @@ def add_wrist_sensor(
     Raises:
         ModelError: the joint is not a weld, or E is not fixed beyond it.
         ConfigurationError: a field of the configuration cannot be used.
+    """
+    sensor = wrist_sensor_at(plant, joint, end_effector_frame, config, tool, initial_wrench)
+    system = builder.AddNamedSystem(
+        f"{joint.name()}_sensor",
+        ForceTorqueSensor(
+            sensor.mounting,
+            sensor.tool,
+            sensor.config,
+            sensor.initial_wrench,
+            reference_is_held=reference_is_held,
+        ),
+    )
+    _connect(builder, plant, system)
+    return system
+
+
+def add_wrist_sensors(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    sensors: Sequence[WristSensor],
+    *,
+    reference_is_held: bool = False,
+) -> ForceTorqueSensors:
+    """Adds several force/torque sensors as one system, connected to the plant: it costs less.
+
+    Its output ports `wrench_1`, `wrench_2` and so on are what `make_cooperative_controller` wants.
+    With `inertial_load: reference` connect its input ports `reference_motion_1` and so on yourself:
+    with `reference_is_held` to the controller's `last_reference_motion_1` and so on.
+
+    Args:
+        builder: holds `plant` already.
+        plant: finalized.
+        sensors: of `wrist_sensor_at`; their periods are the same.
+        reference_is_held: see `ForceTorqueSensor`.
+
+    Returns:
+        The system, named wrist_sensors.
+
+    Raises:
+        ConfigurationError: a field of a configuration cannot be used, or the periods differ.
+    """
+    system = builder.AddNamedSystem(
+        "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=reference_is_held)
+    )
+    _connect(builder, plant, system)
+    return system
+
+
+def _connect(builder: DiagramBuilder, plant: MultibodyPlant, system: ForceTorqueSensors) -> None:
+    for port in (
+        "reaction_forces",
+        "body_poses",
+        "body_spatial_velocities",
+        "body_spatial_accelerations",
+    ):
+        builder.Connect(plant.GetOutputPort(port), system.GetInputPort(port))
+    if system.HasInputPort("state"):
+        builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+
+
+def wrist_sensor_at(
+    plant: MultibodyPlant,
+    joint: Joint,
+    end_effector_frame: Frame,
+    config: WristSensorConfig | None = None,
+    tool: ToolLoad | None = None,
+    initial_wrench: Array | None = None,
+    name: str = "",
+) -> WristSensor:
+    """Returns what a sensor that reads a weld joint of `plant` has to know.
+
+    Args:
+        plant: finalized.
+        joint: the weld between the hand's mounting and the tool.
+        end_effector_frame: E, fixed beyond the joint.
+        config: sampling, errors and range; the default is an ideal sensor read every 1 ms.
+        tool: the load to remove; by default that of every body beyond the joint, from the plant.
+        initial_wrench: h until the first sample, one period after the start (6); zero unless given.
+        name: in warnings; that of the sensor's system if empty.
+
+    Raises:
+        ModelError: the joint is not a weld, or E is not fixed beyond it.
     """
     if not plant.is_finalized():
         raise ModelError("The plant is not finalized; call plant.Finalize() first.")
@@ -86,26 +170,13 @@ def add_wrist_sensor(
         path=path_to(plant, T.body_frame()),
         num_states=plant.num_multibody_states(),
     )
-    sensor = builder.AddNamedSystem(
-        f"{joint.name()}_sensor",
-        ForceTorqueSensor(
-            mounting,
-            tool or tool_load_beyond(plant, joint),
-            config or WristSensorConfig(),
-            initial_wrench,
-            reference_is_held=reference_is_held,
-        ),
+    return WristSensor(
+        mounting,
+        tool or tool_load_beyond(plant, joint),
+        config or WristSensorConfig(),
+        initial_wrench,
+        name,
     )
-    for port in (
-        "reaction_forces",
-        "body_poses",
-        "body_spatial_velocities",
-        "body_spatial_accelerations",
-    ):
-        builder.Connect(plant.GetOutputPort(port), sensor.GetInputPort(port))
-    if sensor.HasInputPort("state"):
-        builder.Connect(plant.get_state_output_port(), sensor.GetInputPort("state"))
-    return sensor
 
 
 def tool_load_beyond(

@@ -4,39 +4,53 @@ from collections import Counter
 
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import InputPort, OutputPort
 
 from geoimp_drake.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.systems import arm_model, redundancy_resolver
 from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.systems.desired_motion import DesiredMotion
-from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.motion_controller import MotionController
-from geoimp_drake.systems.object_control import ObjectControl
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
 from geoimp_drake.systems.velocity_estimator import VelocityEstimator
+from geoimp_drake.systems.wrist_sensing import WristSensing
 
 # What each system's callbacks are called, of the blocks and of the systems that take their place.
-LAWS: dict[type[LeafSystem], tuple[str, ...]] = {
+LAWS: dict[type, tuple[str, ...]] = {
     ArmControl: ("_calc_torque", "_calc_measured_motion", "_next_reading", "_compare_with_limits"),
     ArmModel: ("_calc_arm", "_calc_motion"),
     DesiredMotion: ("_calc_motion",),
-    ForceTorqueSensor: ("_sample", "_calc_true"),
+    ForceTorqueSensors: ("_sample",),
+    WristSensing: ("sample", "_write_true"),
     ImpedanceIntegrator: ("_calc_motion", "DoCalcTimeDerivatives", "_calc_energy"),
     InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
     MotionController: ("_calc_acceleration",),
-    ObjectControl: ("_calc_found", "DoCalcTimeDerivatives", "_start_or_normalize"),
+    CooperativeControl: (
+        "_calc_found",
+        "_calc_torque",
+        "_compare_with_limits",
+        "_hold_motions",
+        "_sample",
+        "_start_or_normalize",
+        "DoCalcTimeDerivatives",
+    ),
     RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
     VelocityEstimator: ("_next_reading",),
 }
 # In one step. The impedance's motion is needed twice: for the torque (the event that normalizes the
 # state and the sensor's load take what the torque has evaluated), and, with the new wrench, for
 # the integrator's step.
-SOURCES = {"DesiredMotion._calc_motion": 1, "ForceTorqueSensor._sample": 1}
+SOURCES = {
+    "DesiredMotion._calc_motion": 1,
+    "ForceTorqueSensors._sample": 1,
+    "WristSensing.sample": 1,
+}
 IMPEDANCE = {
     "ImpedanceIntegrator._calc_motion": 2,
     "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
@@ -57,13 +71,16 @@ SIX = {"RedundancyResolver._calc_six": 1}
 SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
 # Both arms, and what their object needs.
 BAR = {
-    **{name: 2 * count for name, count in FUSED.items()},
-    "ArmControl._calc_measured_motion": 2,
+    "CooperativeControl._calc_found": 2,
+    "CooperativeControl._calc_torque": 2,  # one for each arm
+    "CooperativeControl._compare_with_limits": 1,
+    "CooperativeControl._hold_motions": 1,
+    "CooperativeControl._sample": 1,
+    "CooperativeControl._start_or_normalize": 1,
+    "CooperativeControl.DoCalcTimeDerivatives": 1,
     "DesiredMotion._calc_motion": 1,
-    "ForceTorqueSensor._sample": 2,
-    "ObjectControl._calc_found": 2,
-    "ObjectControl.DoCalcTimeDerivatives": 1,
-    "ObjectControl._start_or_normalize": 1,
+    "ForceTorqueSensors._sample": 1,
+    "WristSensing.sample": 2,
 }
 
 
@@ -114,7 +131,7 @@ def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
 @needs_numba
 def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
     calls = calls_per_step(monkeypatch, "bar")
-    assert calls.pop("ports") == 26
+    assert calls.pop("ports") == 16
     assert calls == BAR
 
 

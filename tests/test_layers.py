@@ -46,7 +46,7 @@ ALLOWED = {
     "scenario": FOUNDATIONS,
     "scenario_template": FOUNDATIONS | {"scenario"},
     # Nothing in it computes a control law, and it knows no particular experiment.
-    "simulation": FOUNDATIONS | {"scenario", "simulation", "systems"},
+    "simulation": FOUNDATIONS | {"control_model", "scenario", "simulation", "systems"},
     "models": FOUNDATIONS | {"models"},
     "diagrams": RUNNING | {"kinematic_tree"},
     "allocator": set(),

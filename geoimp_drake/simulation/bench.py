@@ -15,10 +15,12 @@ from pydrake.systems.controllers import InverseDynamicsController
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from geoimp_drake.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
+from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -236,8 +238,8 @@ def _under_drakes_controller(setup: Any, context: Context) -> Callable[[], None]
     plant: MultibodyPlant = setup.add_plant(builder)
     plant_context = setup.plant.GetMyContextFromRoot(context)
     driven = 0
-    for system in _arm_models(setup.diagram):
-        model, n = system.model, system.model.num_joints
+    for model in _arm_models(setup.diagram):
+        n = model.num_joints
         arm = plant.GetModelInstanceByName(
             model.plant.GetModelInstanceName(model.end_effector.model_instance())
         )
@@ -261,12 +263,14 @@ def _under_drakes_controller(setup: Any, context: Context) -> Callable[[], None]
     return _from_state_of(setup, context, builder, plant)
 
 
-def _arm_models(diagram: Diagram) -> Iterator[ArmControl | ArmModel]:
-    """Yields the arm models anywhere in a diagram."""
+def _arm_models(diagram: Diagram) -> Iterator[ControlModel]:
+    """Yields the control models of the arms anywhere in a diagram."""
     system: System
     for system in diagram.GetSystems():
         if isinstance(system, ArmControl | ArmModel):
-            yield system
+            yield system.model
+        elif isinstance(system, CooperativeControl):
+            yield from system.models
         elif isinstance(system, Diagram):
             yield from _arm_models(system)
 

@@ -4,42 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    DependencyTicket,
-    DiscreteValues,
-    InputPort,
-    State,
-    ValueProducer,
-)
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
-from geoimp_drake.compiled import compiled
-from geoimp_drake.control_model import TASK_DIMENSION, ControlModel
-from geoimp_drake.errors import SignalError
-from geoimp_drake.laws.arm_torque import (
-    arm_quantities,
-    arm_torque,
-    measured_motion,
-    redundant_arm_torque,
-)
-from geoimp_drake.laws.damped_pseudo_inverse import smallest_singular_value
-from geoimp_drake.laws.inverse_dynamics import peak_effort
-from geoimp_drake.laws.joint_reading import next_reading
-from geoimp_drake.laws.resolved_acceleration import check_regular
-from geoimp_drake.systems.arm_chain import chain_arrays
-from geoimp_drake.systems.arm_model import ArmState
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.systems.arm_loop import ArmBlocks, ArmLoop
 from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.frame_motion import (
-    check_frame_motion,
-    check_signal,
-    frame_motion_vector,
-)
-from geoimp_drake.systems.inverse_dynamics_inner_loop import report_saturation
-from geoimp_drake.systems.motion_controller import MotionController
-from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.velocity_estimator import VelocityEstimator
-from geoimp_drake.task_functions.task_function import Instant, NoTask
+from geoimp_drake.systems.declaring import declare_cache, tickets_of
+from geoimp_drake.systems.frame_motion import frame_motion_vector
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmControl"]
@@ -57,10 +28,7 @@ class ArmControl(Block):
     Kinematics and dynamics are those of laws/serial_chain.py in the place of Drake's.
 
     Args:
-        model: the arm's control model.
-        readings: the block whose sampling it takes over.
-        motion: the block whose gains it takes over; its orientation law is (2.15).
-        redundancy: the block whose gains and task function it takes over.
+        blocks: whose work it does.
 
     Raises:
         SignalError: an input is NaN or infinite, or the reference's quaternion is not unit.
@@ -78,50 +46,19 @@ class ArmControl(Block):
         output task_value: w (1)
     """
 
-    def __init__(
-        self,
-        model: ControlModel,
-        readings: VelocityEstimator,
-        motion: MotionController,
-        redundancy: RedundancyResolver,
-    ):
+    def __init__(self, blocks: ArmBlocks):
         super().__init__()
-        self._model = model
-        self._task, self._is_idle = redundancy.task, isinstance(redundancy.task, NoTask)
-        n = model.num_joints
-        self._chain = chain_arrays(model)
-        self._is_redundant = n > TASK_DIMENSION
-        self._law: Callable[..., bool] = (
-            compiled(redundant_arm_torque(n)) if self._is_redundant else compiled(arm_torque)
-        )
-        self._constants = model.state_order, model.actuation_order, *motion.gains
-        self._internal = _internal_arguments(redundancy, n) if self._is_redundant else ()
-        self._none = np.zeros(n)
-        self._measured, self._quantities = compiled(measured_motion), compiled(arm_quantities)
-        self._next, self._peak_effort = compiled(next_reading), compiled(peak_effort)
-        self._sampling = readings.period, readings.is_differenced
-        self._limits = model.effort_limits[model.actuation_order]
+        n = blocks.model.num_joints
+        self._arm = ArmLoop(self, blocks)
         self._state = self.DeclareVectorInputPort("estimated_state", 2 * n)
         self._reference = self.DeclareVectorInputPort("reference_motion", frame_motion_vector())
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
-        self._declare_state(n)
+        self._memory = self.declare_state(self._arm.memory_at_start)
+        self._peak = self.declare_state(n)
+        self._declare_events(blocks.readings.period)
         self._declare_outputs(n)
 
-    def _declare_state(self, n: int) -> None:
-        # The held reading and, last, how many there have been: none, the first, more.
-        self._held = self.declare_state(2 * n + 1)
-        self._peak = self.declare_state(n)
-        # The posture from which targets may start; NaN until there is one.
-        self._start = self.declare_state(np.full(n, np.nan))
-        self._scratch = self.DeclareCacheEntry(
-            "scratch context of the control model",
-            ValueProducer(
-                lambda: AbstractValue.Make(self._model.plant.CreateDefaultContext()),
-                lambda context, value: None,
-            ),
-            {self.nothing_ticket()},
-        )
-        period = self._sampling[0]
+    def _declare_events(self, period: float) -> None:
         self.DeclareInitializationDiscreteUpdateEvent(self._first_reading)
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._next_reading)
@@ -130,126 +67,63 @@ class ArmControl(Block):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
 
     def _declare_outputs(self, n: int) -> None:
-        reading = {self.ticket_of_state(self._held), self._ticket(self._state)}
-        law = reading | {self._ticket(self._reference), self._ticket(self._wrench)}
-        if self._is_redundant:
-            law |= {self.ticket_of_state(self._start), self.time_ticket()}
+        reading = {self.ticket_of_state(self._memory)} | tickets_of(self, self._state)
+        law = reading | tickets_of(self, self._reference, self._wrench)
+        if self._arm.is_redundant:
+            law |= {self.time_ticket()}
         self._torque = self.DeclareVectorOutputPort("actuation", n, self._calc_torque, law)
         self.DeclareVectorOutputPort(
             "measured_motion", frame_motion_vector(), self._calc_measured_motion, reading
         )
         self.declare_state_output("peak_effort", self._peak)
         # Of six joints it says how near a singularity is, where there may be no torque.
-        tickets = law if self._is_redundant else reading
-        self._reported = self.DeclareCacheEntry(
-            "internal motion",
-            ValueProducer(lambda: AbstractValue.Make(object()), self._calc_report),
-            tickets,
-        )
+        tickets = law if self._arm.is_redundant else reading
+        self._reported = declare_cache(self, "internal motion", self._calc_report, tickets)
         for k, (name, size) in enumerate(
             (("smallest_singular_value", 1), ("null_space_error", n), ("task_value", 1))
         ):
             self.DeclareVectorOutputPort(name, size, self._part_of_report(k), tickets)
 
-    def _ticket(self, port: InputPort) -> DependencyTicket:
-        return self.input_port_ticket(port.get_index())
-
     @property
     def model(self) -> ControlModel:
         """The arm's control model."""
-        return self._model
+        return self._arm.model
 
     def _first_reading(self, context: Context, state: DiscreteValues) -> None:
-        reading = self._state.Eval(context)
-        self._check_reading(reading)
-        state.set_value(self._held, np.append(reading, 1.0))
-        state.set_value(self._start, reading[self._model.state_order[: len(self._none)]])
+        # Drake hands over a copy of the context's state.
+        self._arm.take_first(state.get_mutable_value(self._memory), self._state.Eval(context))
 
     def _next_reading(self, context: Context, state: DiscreteValues) -> None:
-        reading = self._state.Eval(context)
-        # Drake hands over a copy of the context's state.
-        held = state.get_mutable_value(self._held)
-        if not self._next(reading, held, *self._sampling, held):
-            self._check_reading(reading)
+        self._arm.take_next(state.get_mutable_value(self._memory), self._state.Eval(context))
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
-        torque = self._torque.Eval(context)
-        # Drake hands over a copy of the context's state.
         peak = state.get_mutable_discrete_state(self._peak).get_mutable_value()
-        if self._peak_effort(torque, self._limits, peak, peak):
-            before = context.get_discrete_state(self._peak).value()
-            new = np.flatnonzero((before <= 1) & (peak > 1))
-            report_saturation(self.get_name(), self._model, context.get_time(), torque, new)
+        self._arm.compare_with_limits(context.get_time(), self._torque.Eval(context), peak)
 
-    def _reading(self, context: Context) -> Array:
-        """Returns [q; v] and perhaps more; before the first reading the port's passes through."""
-        held: Array = context.get_discrete_state(self._held).value()
-        if held[-1]:
-            return held
-        state: Array = self._state.Eval(context)
-        return state
+    def _remembered(self, context: Context) -> Array:
+        """Returns the arm's memory; before the first reading the port's passes through."""
+        # A copy: a law is compiled once more for an array that cannot be written to.
+        memory: Array = context.get_discrete_state(self._memory).CopyToVector()
+        if not self._arm.has_reading(memory):
+            self._arm.pass_through(memory, self._state.Eval(context))
+        return memory
 
     def _calc_measured_motion(self, context: Context, output: BasicVector) -> None:
-        reading, motion = self._reading(context), output.get_mutable_value()
-        if not self._measured(self._model.state_order, reading, motion, *self._chain):
-            self._check_reading(reading[: 2 * len(self._none)])
+        self._arm.write_motion(self._remembered(context), output.get_mutable_value())
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        self._evaluate(context, output.get_mutable_value())
+        self._write_torque(context, self._remembered(context), output.get_mutable_value())
 
-    def _evaluate(self, context: Context, u: Array) -> tuple[Array, float]:
-        """Writes the torques; returns e_n and w, both zero for six joints."""
-        reading = self._reading(context)
-        signals = reading, self._reference.Eval(context), self._wrench.Eval(context), u
-        if not self._is_redundant:
-            self._resolve(signals)
-            return self._none, 0.0
-        error = np.empty_like(self._none)
-        w, gradient, gradient_rate = self._task_value(context, reading)
-        self._resolve(signals, gradient, gradient_rate, error, *self._internal)
-        return error, w
-
-    def _resolve(self, signals: tuple[Array, ...], *internal: Array) -> None:
-        try:
-            if not self._law(*self._constants, *signals, *internal, *self._chain):
-                self._check(*signals[:3])
-        except np.linalg.LinAlgError:
-            check_regular(self._arm(signals[0]).Jv_V_WE)
-            raise
-
-    def _task_value(self, context: Context, reading: Array) -> tuple[float, Array, Array]:
-        """Returns w, its gradient and that gradient's rate."""
-        if self._is_idle:
-            return 0.0, self._none, self._none
-        x, n = reading[self._model.state_order], len(self._none)
-        start = context.get_discrete_state(self._start).value()
-        instant = Instant(
-            context.get_time(),
-            x[:n],
-            x[n:],
-            x[:n] if np.isnan(start[0]) else start,
-            lambda: self._arm(reading),
-            lambda: self._positioned_scratch(context, x),
-        )
-        task = self._task.evaluate(instant)
-        return task.value, task.gradient, task.gradient_rate
-
-    def _positioned_scratch(self, context: Context, x: Array) -> Context:
-        scratch: Context = self._scratch.Eval(context)
-        self._model.plant.SetPositionsAndVelocities(scratch, x)
-        return scratch
-
-    def _arm(self, reading: Array) -> ArmState:
-        x, n = reading[self._model.state_order], len(self._none)
-        return ArmState(x[:n], x[n:], *self._quantities(x[:n], x[n:], *self._chain))
+    def _write_torque(self, context: Context, memory: Array, u: Array) -> tuple[Array, float]:
+        """Writes the torques; returns e_n and w."""
+        reference, wrench = self._reference.Eval(context), self._wrench.Eval(context)
+        return self._arm.write_torque(context, memory, reference, wrench, u)
 
     def _calc_report(self, context: Context, value: AbstractValue) -> None:
-        error, w = self._none, 0.0
-        if self._is_redundant:
-            error, w = self._evaluate(context, np.empty_like(self._none))
-        reading = self._reading(context)[: 2 * len(self._none)]
-        self._check_reading(reading)
-        sigma = smallest_singular_value(self._arm(reading).Jv_V_WE)
+        memory, error, w = self._remembered(context), np.zeros(self.model.num_joints), 0.0
+        if self._arm.is_redundant:
+            error, w = self._write_torque(context, memory, np.empty_like(error))
+        sigma = self._arm.smallest_singular_value(memory)
         value.set_value((np.array([sigma]), error, np.array([w])))
 
     def _part_of_report(self, k: int) -> Callable[[Context, BasicVector], None]:
@@ -257,23 +131,3 @@ class ArmControl(Block):
             output.SetFromVector(self._reported.Eval(context)[k])
 
         return calc
-
-    def _check(self, reading: Array, reference: Array, wrench: Array) -> None:
-        """Raises SignalError, by name, for what the law cannot use."""
-        self._check_reading(reading[: 2 * len(self._none)])
-        check_frame_motion(reference, f"{self.get_name()}:reference_motion")
-        check_signal(wrench, f"{self.get_name()}:wrench")
-        check_regular(self._arm(reading).Jv_V_WE)
-        raise SignalError(f"{self.get_name()}: the joint accelerations are not finite.")
-
-    def _check_reading(self, reading: Array) -> None:
-        check_signal(reading, f"{self.get_name()}:estimated_state")
-
-
-def _internal_arguments(redundancy: RedundancyResolver, n: int) -> tuple:
-    """Returns K_n, k_β, W and its inverse, whether that is B, σ₀ and λ₀."""
-    gains = redundancy.gains
-    weights = np.zeros((2, n, n)) if gains.weight is None else np.array(gains.weight[:2])
-    by_inertia = gains.weight is None
-    damping = gains.damping
-    return gains.K_n, gains.k_beta, weights, by_inertia, damping.threshold, damping.factor

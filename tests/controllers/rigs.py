@@ -19,8 +19,9 @@ from geoimp_drake.config import ImpedanceConfig, ImpedanceControllerConfig, Samp
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
 from geoimp_drake.systems.arm_model import ArmState, evaluate_arm
-from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor, WristSensorConfig
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.systems.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.wrist_sensor import add_wrist_sensor
 
 K_P = np.array([[900.0, 150.0, 0.0], [150.0, 700.0, 80.0], [0.0, 80.0, 1100.0]])

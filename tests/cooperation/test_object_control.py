@@ -16,7 +16,7 @@ from geoimp_drake.errors import OutOfDomainError, SignalError
 from geoimp_drake.laws.families import FAMILIES
 from geoimp_drake.object_loop import make_object_loop
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.arm_control import ArmControl
+from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.systems.cooperative_kinematics import ObjectLoad
 from geoimp_drake.systems.cooperative_reference_generator import MutualPose
 from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
@@ -181,11 +181,10 @@ def controlled_pair(case: Case, *, fused: bool) -> ControlledPair:
 
 def both_forms(case: Case) -> tuple[ControlledPair, ControlledPair]:
     fused, separate = (controlled_pair(case, fused=form) for form in (True, False))
-    assert isinstance(fused.controller.GetSubsystemByName("object"), ObjectControl)
-    assert isinstance(separate.controller.GetSubsystemByName("object"), Diagram)
-    for k in (1, 2):
-        assert isinstance(fused.controller.GetSubsystemByName(f"arm_{k}"), ArmControl)
-        assert isinstance(separate.controller.GetSubsystemByName(f"arm_{k}"), Diagram)
+    (control,) = fused.controller.GetSystems()
+    assert isinstance(control, CooperativeControl)
+    for name in ("object", "arm_1", "arm_2"):
+        assert isinstance(separate.controller.GetSubsystemByName(name), Diagram)
     return fused, separate
 
 

@@ -14,7 +14,7 @@ from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
 from geoimp_drake.diagrams.cell import END_EFFECTOR, SEVEN, WRIST_SENSOR, add_cell
 from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
+from geoimp_drake.systems.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.wrist_sensor import add_wrist_sensor
 
 

@@ -18,7 +18,7 @@ from geoimp_drake.config import (
 )
 from geoimp_drake.laws.pseudo_inverse import null_space_projector, weighted_pseudo_inverse
 from geoimp_drake.systems.desired_motion import MotionSegment
-from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
+from geoimp_drake.systems.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 

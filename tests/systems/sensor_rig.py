@@ -15,12 +15,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, JointIndex, SpatialInertia,
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from geoimp_drake.systems.force_torque_sensor import (
-    ForceTorqueSensor,
-    SensorMounting,
-    ToolLoad,
-    WristSensorConfig,
-)
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.wrist_sensor_config import SensorMounting, ToolLoad, WristSensorConfig
 from geoimp_drake.wrist_sensor import add_wrist_sensor
 
 # Frames: M the mount (held in W), S the sensor, T the tool's first body, E the end effector.

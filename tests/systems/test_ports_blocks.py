@@ -21,25 +21,25 @@ import geoimp_drake
 from geoimp_drake.config import MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.controllers import make_impedance_controller
+from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.cooperative_controller import make_cooperative_controller
 from geoimp_drake.diagrams.cell import END_EFFECTOR, FLANGE, SIX, add_cell
+from geoimp_drake.inner_loop import arm_blocks
 from geoimp_drake.kinematic_tree import path_to
 from geoimp_drake.models import package_map
+from geoimp_drake.object_loop import object_blocks
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
 from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
 from geoimp_drake.systems.desired_motion import DesiredMotion
 from geoimp_drake.systems.external_wrench import ExternalWrench, WrenchRamp
-from geoimp_drake.systems.force_torque_sensor import (
-    ForceTorqueSensor,
-    SensorMounting,
-    ToolLoad,
-    WristSensorConfig,
-)
+from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.systems.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
@@ -52,9 +52,16 @@ from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInne
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.motion_controller import MotionController
 from geoimp_drake.systems.object_control import ObjectControl
+from geoimp_drake.systems.object_control_base import ObjectControlBase
 from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
 from geoimp_drake.systems.reference_hold import ReferenceHold
 from geoimp_drake.systems.velocity_estimator import VelocityEstimator
+from geoimp_drake.systems.wrist_sensor_config import (
+    SensorMounting,
+    ToolLoad,
+    WristSensor,
+    WristSensorConfig,
+)
 
 Port = tuple[str, str, str | None]  # direction, name, size as printed
 
@@ -74,12 +81,20 @@ def six_joint_model() -> ControlModel:
     return ControlModel.of_arm(*six_joint_plant())
 
 
-def held_sensor() -> ForceTorqueSensor:
+def held_mounting() -> SensorMounting:
     identity = RigidTransform()
     # The tool is welded to the world of a plant of one joint.
     path = np.array([[*identity.GetAsMatrix34().ravel(), *np.zeros(6)]])
-    mounting = SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3), 1.0, path, 2)
-    return ForceTorqueSensor(mounting, ToolLoad(), WristSensorConfig())
+    return SensorMounting(JointIndex(0), 1, identity, identity, np.zeros(3), 1.0, path, 2)
+
+
+def held_sensor() -> ForceTorqueSensor:
+    return ForceTorqueSensor(held_mounting(), ToolLoad(), WristSensorConfig())
+
+
+def held_sensors() -> ForceTorqueSensors:
+    sensor = WristSensor(held_mounting(), ToolLoad(), WristSensorConfig())
+    return ForceTorqueSensors([sensor, sensor])
 
 
 def frame_motion_sensor() -> FrameMotionSensor:
@@ -93,25 +108,30 @@ def industrial_controller() -> IndustrialController:
 
 def arm_control() -> ArmControl:
     model = six_joint_model()
-    parts = SamplingConfig().make(6), MotionConfig().make(), RedundancyConfig().make(model)
-    return ArmControl(model, *parts)
+    return ArmControl(arm_blocks(model, MotionConfig(), SamplingConfig(), RedundancyConfig()))
 
 
 def object_control() -> ObjectControl:
-    blocks = CooperativeKinematics(), make_impedance(), CooperativeReferenceGenerator()
-    watch = GraspMonitor(), ReferenceHold()
-    return ObjectControl(*blocks, None, watch, removes_inertial_load=False)
+    return ObjectControl(object_blocks(CooperativeControllerConfig(), np.zeros(3)))
+
+
+def cooperative_control() -> CooperativeControl:
+    settings = MotionConfig(), SamplingConfig(), RedundancyConfig()
+    arms = [arm_blocks(six_joint_model(), *settings) for _ in range(2)]
+    return CooperativeControl(object_blocks(CooperativeControllerConfig(), np.zeros(3)), arms)
 
 
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     ArmControl: (arm_control, 6),
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
+    CooperativeControl: (cooperative_control, 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
     ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
     ForceTorqueSensor: (held_sensor, 1),
+    ForceTorqueSensors: (held_sensors, 1),
     FrameMotionSensor: (frame_motion_sensor, 6),
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
@@ -183,7 +203,7 @@ def with_numbers(ports: list[Port], n: int) -> list[tuple[str, str, int | None]]
 
 
 def test_every_leaf_system_of_the_package_has_a_case_here() -> None:
-    names = {kind.__name__ for kind in leaf_systems() - {Block}}
+    names = {kind.__name__ for kind in leaf_systems() - {Block, ObjectControlBase}}
     assert names == {kind.__name__ for kind in CASES}
     assert "geoimp_drake.simulation.visualization" in modules()
 

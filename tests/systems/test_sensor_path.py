@@ -19,8 +19,8 @@ from pydrake.systems.framework import DiagramBuilder
 from geoimp_drake import add_wrist_sensor, wrist_sensor
 from geoimp_drake.kinematic_tree import path_to
 from geoimp_drake.laws.path_motion import pose_along
-from geoimp_drake.systems.force_torque_sensor import WristSensorConfig
 from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.systems.wrist_sensor_config import WristSensorConfig
 
 
 def pose(k: float) -> RigidTransform:

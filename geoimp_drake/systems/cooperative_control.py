@@ -1,0 +1,168 @@
+"""The whole controller of two arms that hold one object as one system: its blocks, sooner."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
+
+from geoimp_drake.control_model import ControlModel
+from geoimp_drake.laws.object_control import HANDS
+from geoimp_drake.systems.arm_loop import ArmBlocks, ArmLoop
+from geoimp_drake.systems.declaring import declare_output, tickets_of
+from geoimp_drake.systems.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.systems.object_control_base import (
+    MEMORY_SIZE,
+    Found,
+    ObjectBlocks,
+    ObjectControlBase,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["CooperativeControl"]
+
+
+class CooperativeControl(ObjectControlBase):
+    """Makes an object that two arms hold compliant: `ObjectControl` and an `ArmControl` for each.
+
+    It does what these do, connected with each other, with the same laws and the same numbers, and
+    with fewer calls from C++ into Python, each of which costs more than a law:
+
+        ArmControl ── measured motions ─▶ ObjectControl ── references ─▶ ArmControl ─▶ actuation
+
+    Args:
+        blocks: of the object's part, whose work it does.
+        arms: the blocks of both arms' inner loops; the readings of both are taken together.
+
+    Raises:
+        SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
+        OutOfDomainError: the hands have turned by more than 355° against each other.
+        SingularityError: six joints in an exactly singular posture.
+
+    Ports:
+        input estimated_state_1: [q; v] of the first arm of n joints, in the plant's order (2n)
+        input estimated_state_2: the same of the second (2n)
+        input desired_motion: of D, the object's, in W (19)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
+        input wrench_1: h = [μ; f] by the first hand on its environment, about Eo, in W (6)
+        input wrench_2: the same by the second (6)
+        output compliant_motion: of C, the object's, in W (19)
+        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
+        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
+        output object_motion: of O in W as measured (19)
+        output object_wrench: by the object on its environment, about Oo, in W (6)
+        output internal_wrench: ½(h_2 − h_1), in W (6)
+        output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
+        output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
+        output reference_motion_1: of the first hand in W (19)
+        output reference_motion_2: of the second (19)
+        output last_reference_motion_1: of the first hand when the last step began (19)
+        output last_reference_motion_2: of the second (19)
+        output opened: which grasps have opened, and when, see `GraspMonitor` (3)
+        output release: which grippers are to open, see `ReferenceHold` (2)
+        output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
+        output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
+        output peak_effort_1: largest torque so far as a fraction of the limit (n)
+        output actuation_2: the same of the second (n)
+        output measured_motion_2: the same of the second (19)
+        output peak_effort_2: the same of the second (n)
+
+        Without a watch there are no ports `opened` and `release`.
+    """
+
+    def __init__(self, blocks: ObjectBlocks, arms: Sequence[ArmBlocks]):
+        super().__init__(blocks)
+        self._arms = [ArmLoop(self, arm, f"_{k}") for k, arm in enumerate(arms, 1)]
+        self._states = [
+            self.DeclareVectorInputPort(f"estimated_state_{k}", 2 * arm.model.num_joints)
+            for k, arm in enumerate(self._arms, 1)
+        ]
+        self._declare_object_inputs()
+        # Each arm's own memory and, held with its reading, the motion of its hand.
+        further = [arm.memory_at_start for arm in self._arms]
+        ends = MEMORY_SIZE + np.cumsum([len(memory) for memory in further])
+        self._places = [slice(MEMORY_SIZE, int(ends[0])), slice(int(ends[0]), int(ends[1]))]
+        self._motion_places = [
+            slice(k, k + FRAME_MOTION_SIZE) for k in (ends[1], ends[1] + FRAME_MOTION_SIZE)
+        ]
+        self._declare_state(*further, np.zeros(2 * FRAME_MOTION_SIZE))
+        self._peaks = [self.declare_state(arm.model.num_joints) for arm in self._arms]
+        self._declare_samples(arms[0].readings.period)
+        self._declare_outputs(tickets_of(self, *self._states))
+        self._declare_arm_outputs()
+
+    def _declare_samples(self, period: float) -> None:
+        self.DeclareInitializationDiscreteUpdateEvent(self._first_readings)
+        # Without offset, so that its instants are those of the plant's steps to the last bit.
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+        # Unrestricted updates come first, as a plant's step with sampled output ports does: the
+        # torques compared are those that the step uses, and are not computed again.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
+
+    def _declare_arm_outputs(self) -> None:
+        reading = tickets_of(self, *self._states) | {self.ticket_of_state(self._memory)}
+        torque = set(self._law_tickets) | {self.time_ticket()}
+        self._torques = []
+        for k, arm in enumerate(self._arms):
+            n, calc = arm.model.num_joints, partial(self._calc_torque, k)
+            port = self.DeclareVectorOutputPort(f"actuation_{k + 1}", n, calc, torque)
+            self._torques.append(port)
+            motion = partial(self._measured_motion, k)
+            declare_output(self, f"measured_motion_{k + 1}", FRAME_MOTION_SIZE, motion, reading)
+            self.declare_state_output(f"peak_effort_{k + 1}", self._peaks[k])
+
+    @property
+    def models(self) -> list[ControlModel]:
+        """The control models of both arms."""
+        return [arm.model for arm in self._arms]
+
+    def _first_readings(self, context: Context, state: DiscreteValues) -> None:
+        # Drake hands over a copy of the context's state.
+        memory = state.get_mutable_value(self._memory)
+        for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
+            arm.take_first(memory[place], port.Eval(context))
+        self._hold_motions(memory)
+
+    def _sample(self, context: Context, state: DiscreteValues) -> None:
+        memory = state.get_mutable_value(self._memory)
+        for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
+            arm.take_next(memory[place], port.Eval(context))
+        self._hold_motions(memory)
+        if self._watch is not None:
+            self._watch_grasps(self._watch, context, state)
+
+    def _hold_motions(self, memory: Array) -> None:
+        parts = zip(self._arms, self._places, self._motion_places, strict=True)
+        for arm, place, motion in parts:
+            arm.write_motion(memory[place], memory[motion])
+
+    def _compare_with_limits(self, context: Context, state: State) -> None:
+        time, discrete = context.get_time(), state.get_mutable_discrete_state()
+        for arm, port, peak in zip(self._arms, self._torques, self._peaks, strict=True):
+            arm.compare_with_limits(time, port.Eval(context), discrete.get_mutable_value(peak))
+
+    def _hands(self, context: Context, memory: Array) -> tuple[Array, Array]:
+        first, second = self._places
+        # Both arms have their first readings together.
+        if not self._arms[0].has_reading(memory[first]):
+            for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
+                arm.pass_through(memory[place], port.Eval(context))
+            self._hold_motions(memory)
+        first, second = self._motion_places
+        return memory[first], memory[second]
+
+    def _check_hands(self, hands: tuple[Array, Array]) -> None:
+        """They come from readings that have been checked."""
+
+    def _calc_torque(self, k: int, context: Context, output: BasicVector) -> None:
+        found: Found = self._found.Eval(context)
+        self._arms[k].write_torque(
+            context,
+            found.memory[self._places[k]],
+            found.motions[HANDS.start + k],
+            found.hand_wrenches[k],
+            output.get_mutable_value(),
+        )
+
+    def _measured_motion(self, k: int, context: Context) -> Array:
+        return self._hands(context, self._remembered(context))[k]
