@@ -43,6 +43,10 @@ def test_drakes_own_controller_stands_beside_the_bare_plant():
     header, row = format_timings([timing]).splitlines()
     assert header.index("bare plant") < header.index("Drake ID") < header.index("closed loop")
     assert row.split()[1:5] == ["50", "µs", "75", "µs"]
+    # A case that Drake's controller cannot drive has a dash, in the same columns.
+    without, _ = format_timings([TIMING, timing]).splitlines()[1:]
+    assert without.split()[1:4] == ["50", "µs", "–"]
+    assert len(without) == len(row)
 
 
 def test_what_got_slower_is_named_and_noise_is_not():

@@ -7,6 +7,7 @@ from geoimp_drake.compiled import compilable
 from geoimp_drake.laws.motion_vector import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
     LINEAR_ACCELERATION,
     POSITION,
     is_finite,
@@ -96,7 +97,8 @@ def sensed_wrench(
     """
     if not is_finite(reading) or not is_frame_motion(motion):
         return False
-    X, X_S, h_S, P = sized(X_WT, 3, 4), sized(X_TS, 3, 4), sized(reading, 6), sized(motion, 19)
+    X, X_S, h_S = sized(X_WT, 3, 4), sized(X_TS, 3, 4), sized(reading, 6)
+    P = sized(motion, FRAME_MOTION_SIZE)
     R_WT, R_WS = X[:, :3], X[:, :3] @ X_S[:, :3]
     p_TS_W, p_TE_W, p_SC = R_WT @ X_S[:, 3], R_WT @ sized(p_TE, 3), R_WS @ sized(p_SC_S, 3)
     w, dw, p_PC = (

@@ -200,7 +200,8 @@ def format_timings(timings: list[Timing]) -> str:
         f"{'case':16}{'bare plant':>12}{drake}{'closed loop':>13}{'ratio':>8}{'real time':>12}"
     ]
     for t in timings:
-        drake = f"{t.drake:9.0f} µs" if with_drake else ""
+        known = f"{'–':>12}" if math.isnan(t.drake) else f"{t.drake:9.0f} µs"
+        drake = known if with_drake else ""
         lines.append(
             f"{t.name:16}{t.bare:9.0f} µs{drake}{t.loop:10.0f} µs{t.ratio:8.1f}"
             f"{t.real_time_factor:10.2f} ×"

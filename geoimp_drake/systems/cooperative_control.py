@@ -1,10 +1,18 @@
 """The whole controller of two arms that hold one object as one system: its blocks, sooner."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DependencyTicket,
+    DiscreteValues,
+    InputPort,
+    State,
+)
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.laws.object_control import HANDS
@@ -20,6 +28,17 @@ from geoimp_drake.systems.object_control_base import (
 from geoimp_drake.typing import Array
 
 __all__ = ["CooperativeControl"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Arm:
+    """One arm, and where in the state it has its part."""
+
+    loop: ArmLoop
+    state: InputPort
+    place: slice  # of the loop's memory in the system's
+    motion: slice  # of the hand's motion there
+    peak: int  # the group of the largest torques
 
 
 class CooperativeControl(ObjectControlBase):
@@ -72,24 +91,26 @@ class CooperativeControl(ObjectControlBase):
 
     def __init__(self, blocks: ObjectBlocks, arms: Sequence[ArmBlocks]):
         super().__init__(blocks)
-        self._arms = [ArmLoop(self, arm, f"_{k}") for k, arm in enumerate(arms, 1)]
-        self._states = [
-            self.DeclareVectorInputPort(f"estimated_state_{k}", 2 * arm.model.num_joints)
-            for k, arm in enumerate(self._arms, 1)
-        ]
+        # Behind the object's memory follow those of the arms and, held with their readings, the
+        # motions of their hands.
+        self._arms, memory = [], [np.zeros(0)]
+        for k, arm in enumerate(arms, 1):
+            loop = ArmLoop(self, arm, f"_{k}")
+            port = self.DeclareVectorInputPort(f"estimated_state_{k}", 2 * loop.model.num_joints)
+            start = MEMORY_SIZE + sum(map(len, memory))
+            middle = start + len(loop.memory_at_start)
+            places = slice(start, middle), slice(middle, middle + FRAME_MOTION_SIZE)
+            peak = self.declare_state(loop.model.num_joints)
+            self._arms.append(_Arm(loop, port, *places, peak))
+            memory += [loop.memory_at_start, np.zeros(FRAME_MOTION_SIZE)]
         self._declare_object_inputs()
-        # Each arm's own memory and, held with its reading, the motion of its hand.
-        further = [arm.memory_at_start for arm in self._arms]
-        ends = MEMORY_SIZE + np.cumsum([len(memory) for memory in further])
-        self._places = [slice(MEMORY_SIZE, int(ends[0])), slice(int(ends[0]), int(ends[1]))]
-        self._motion_places = [
-            slice(k, k + FRAME_MOTION_SIZE) for k in (ends[1], ends[1] + FRAME_MOTION_SIZE)
-        ]
-        self._declare_state(*further, np.zeros(2 * FRAME_MOTION_SIZE))
-        self._peaks = [self.declare_state(arm.model.num_joints) for arm in self._arms]
+        self._declare_state(*memory)
         self._declare_samples(arms[0].readings.period)
-        self._declare_outputs(tickets_of(self, *self._states))
+        self._declare_outputs(self._state_tickets())
         self._declare_arm_outputs()
+
+    def _state_tickets(self) -> set[DependencyTicket]:
+        return tickets_of(self, *(arm.state for arm in self._arms))
 
     def _declare_samples(self, period: float) -> None:
         self.DeclareInitializationDiscreteUpdateEvent(self._first_readings)
@@ -100,69 +121,64 @@ class CooperativeControl(ObjectControlBase):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._compare_with_limits)
 
     def _declare_arm_outputs(self) -> None:
-        reading = tickets_of(self, *self._states) | {self.ticket_of_state(self._memory)}
-        torque = set(self._law_tickets) | {self.time_ticket()}
+        reading = self._state_tickets() | {self.ticket_of_state(self._memory)}
+        torque = self._law_tickets | {self.time_ticket()}
         self._torques = []
         for k, arm in enumerate(self._arms):
-            n, calc = arm.model.num_joints, partial(self._calc_torque, k)
+            n, calc = arm.loop.model.num_joints, partial(self._calc_torque, k)
             port = self.DeclareVectorOutputPort(f"actuation_{k + 1}", n, calc, torque)
             self._torques.append(port)
             motion = partial(self._measured_motion, k)
             declare_output(self, f"measured_motion_{k + 1}", FRAME_MOTION_SIZE, motion, reading)
-            self.declare_state_output(f"peak_effort_{k + 1}", self._peaks[k])
+            self.declare_state_output(f"peak_effort_{k + 1}", arm.peak)
 
     @property
     def models(self) -> list[ControlModel]:
         """The control models of both arms."""
-        return [arm.model for arm in self._arms]
+        return [arm.loop.model for arm in self._arms]
 
     def _first_readings(self, context: Context, state: DiscreteValues) -> None:
         # Drake hands over a copy of the context's state.
         memory = state.get_mutable_value(self._memory)
-        for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
-            arm.take_first(memory[place], port.Eval(context))
+        for arm in self._arms:
+            arm.loop.take_first(memory[arm.place], arm.state.Eval(context))
         self._hold_motions(memory)
 
     def _sample(self, context: Context, state: DiscreteValues) -> None:
         memory = state.get_mutable_value(self._memory)
-        for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
-            arm.take_next(memory[place], port.Eval(context))
+        for arm in self._arms:
+            arm.loop.take_next(memory[arm.place], arm.state.Eval(context))
         self._hold_motions(memory)
         if self._watch is not None:
             self._watch_grasps(self._watch, context, state)
 
     def _hold_motions(self, memory: Array) -> None:
-        parts = zip(self._arms, self._places, self._motion_places, strict=True)
-        for arm, place, motion in parts:
-            arm.write_motion(memory[place], memory[motion])
+        for arm in self._arms:
+            arm.loop.write_motion(memory[arm.place], memory[arm.motion])
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
         time, discrete = context.get_time(), state.get_mutable_discrete_state()
-        for arm, port, peak in zip(self._arms, self._torques, self._peaks, strict=True):
-            arm.compare_with_limits(time, port.Eval(context), discrete.get_mutable_value(peak))
+        for arm, port in zip(self._arms, self._torques, strict=True):
+            peak = discrete.get_mutable_value(arm.peak)
+            arm.loop.compare_with_limits(time, port.Eval(context), peak)
 
     def _hands(self, context: Context, memory: Array) -> tuple[Array, Array]:
-        first, second = self._places
+        first, second = self._arms
         # Both arms have their first readings together.
-        if not self._arms[0].has_reading(memory[first]):
-            for arm, port, place in zip(self._arms, self._states, self._places, strict=True):
-                arm.pass_through(memory[place], port.Eval(context))
+        if not first.loop.has_reading(memory[first.place]):
+            for arm in self._arms:
+                arm.loop.pass_through(memory[arm.place], arm.state.Eval(context))
             self._hold_motions(memory)
-        first, second = self._motion_places
-        return memory[first], memory[second]
+        return memory[first.motion], memory[second.motion]
 
     def _check_hands(self, hands: tuple[Array, Array]) -> None:
         """They come from readings that have been checked."""
 
     def _calc_torque(self, k: int, context: Context, output: BasicVector) -> None:
         found: Found = self._found.Eval(context)
-        self._arms[k].write_torque(
-            context,
-            found.memory[self._places[k]],
-            found.motions[HANDS.start + k],
-            found.hand_wrenches[k],
-            output.get_mutable_value(),
-        )
+        arm, reference = self._arms[k], found.motions[HANDS.start + k]
+        memory, wrench = found.memory[arm.place], found.hand_wrenches[k]
+        arm.loop.write_torque(context, memory, reference, wrench, output.get_mutable_value())
 
     def _measured_motion(self, k: int, context: Context) -> Array:
         return self._hands(context, self._remembered(context))[k]

@@ -237,7 +237,7 @@ class ObjectControlBase(Block):
         return gains
 
     def _calc_gains(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(self._impedance.gains(self.get_name(), self._factors(context)))
+        value.set_value(self._impedance.gains(self.get_name(), self._scale.Eval(context)))
 
     def _factors(self, context: Context) -> Array | None:
         return self._scale.Eval(context) if self._scale.HasValue(context) else None
