@@ -1,8 +1,8 @@
 """What numba compiles for the arrays of `small_arrays.py`: values, which take no memory.
 
 Importing this module tells numba their type, how they are made, read and written, and what
-arithmetic on them is: written out entry by entry, since a loop over three entries is not worth one.
-Entries are in the order of NumPy, row by row.
+arithmetic on them is: written out entry by entry, since a loop over three entries is not worth one;
+only long products are loops. Entries are in the order of NumPy, row by row.
 """
 
 import itertools
@@ -43,6 +43,10 @@ from geoimp_drake.small_arrays import (
 )
 
 __all__ = ["SmallArray"]
+
+# So many multiplications of a product are written out; one with more becomes a loop: a law runs
+# once in a step, and until the next one long code has left the caches.
+_WRITTEN_OUT = 64
 
 
 class SmallArray(types.Type):
@@ -293,15 +297,39 @@ def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(operator.matmul, SmallArray, SmallArray)
 def _product(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    a, b = (_entries(builder, *pair) for pair in zip(args, sig.args, strict=True))
     inner = sig.args[1].shape[0]
-    columns = len(b) // inner
+    columns = sig.args[1].size // inner
+    if sig.args[0].size * columns > _WRITTEN_OUT and isinstance(sig.return_type, SmallArray):
+        return _long_product(builder, sig, args, inner, columns)
+    a, b = (_entries(builder, *pair) for pair in zip(args, sig.args, strict=True))
     found = [
         _dot(builder, a[i : i + inner], b[k::columns])
         for i in range(0, len(a), inner)
         for k in range(columns)
     ]
     return _value(builder, found) if isinstance(sig.return_type, SmallArray) else found[0]
+
+
+def _long_product(builder: Any, sig: Any, args: Any, inner: int, columns: int) -> Any:
+    """Returns a product by a loop over its entries; each is summed as it is when written out."""
+    a, b = (cgutils.alloca_once_value(builder, value) for value in args)
+    result = ir.ArrayType(ir.DoubleType(), sig.return_type.size)
+    found = cgutils.alloca_once(builder, result)
+    place = ir.IntType(64)
+
+    def entry(array: Any, row: Any, width: int, column: Any) -> Any:
+        index = builder.add(builder.mul(row, place(width)), column)
+        return builder.gep(array, [place(0), index], inbounds=True)
+
+    with (
+        cgutils.for_range(builder, place(sig.return_type.size // columns)) as rows,
+        cgutils.for_range(builder, place(columns)) as across,
+    ):
+        i, k = rows.index, across.index
+        left = [builder.load(entry(a, i, inner, place(j))) for j in range(inner)]
+        right = [builder.load(entry(b, place(j), columns, k)) for j in range(inner)]
+        builder.store(_dot(builder, left, right), entry(found, i, columns, k))
+    return builder.load(found)
 
 
 def _dot(builder: Any, a: Sequence[Any], b: Sequence[Any]) -> Any:

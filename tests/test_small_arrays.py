@@ -98,6 +98,38 @@ def test_compiled_it_is_what_numpy_does(law) -> None:
         np.testing.assert_allclose(ours, expected, rtol=1e-15, atol=1e-15)
 
 
+def products(A, B, a, b):
+    A, B, a, b = sized(A, 6, 11), sized(B, 11, 7), sized(a, 11), sized(b, 70)
+    return A @ B, A @ A.T, (A @ B).T @ A, a @ B, A @ a, b @ b
+
+
+def test_long_products_are_what_numpy_does() -> None:
+    rng = np.random.default_rng(1)
+    signals = [rng.normal(size=shape) for shape in ((6, 11), (11, 7), (11,), (70,))]
+    for expected, ours in zip(products(*signals), compiled(products)(*signals), strict=True):
+        assert np.shape(ours) == np.shape(expected)
+        np.testing.assert_allclose(ours, expected, rtol=1e-13, atol=1e-13)
+
+
+def test_long_products_sum_as_short_ones_do(monkeypatch) -> None:
+    """To the bit, so that where the loop begins does not show."""
+    from geoimp_drake import compiled_arrays  # which needs numba
+
+    signals = [np.random.default_rng(k).normal(size=(6, 7)) for k in range(2)]
+
+    def in_a_loop(A, B):
+        return sized(A, 6, 7) @ sized(B, 6, 7).T
+
+    def written_out(A, B):
+        return sized(A, 6, 7) @ sized(B, 6, 7).T
+
+    found = []
+    for law, limit in ((in_a_loop, 0), (written_out, 10_000)):
+        monkeypatch.setattr(compiled_arrays, "_WRITTEN_OUT", limit)
+        found.append(compiled(law)(*signals))
+    np.testing.assert_array_equal(*found)
+
+
 def test_a_compiled_small_array_is_a_copy() -> None:
     def law(a):
         before = sized(a, 3)
