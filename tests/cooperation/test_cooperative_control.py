@@ -1,7 +1,7 @@
 """Two arms and their object as one system: what it can be, and what it says of which arm."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -22,6 +22,7 @@ from geoimp_drake.systems.arm_control import ArmControl
 from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_at_rest, pose_of
 from geoimp_drake.systems.object_control import ObjectControl
+from geoimp_drake.systems.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 
@@ -55,10 +56,23 @@ def desired(t: float) -> np.ndarray:
     return motion
 
 
-def pair_of(change: Change, fused: bool = True) -> ControlledPair:
+def let_go(t: float) -> np.ndarray:
+    """Returns the wrench of a hand that carries until it opens."""
+    return np.array([0.5, 0.2, -0.3, 2.0, -1.0, 64.0]) * (t < 0.0095)
+
+
+def pair_of(change: Change, fused: bool = True, second: Signal = pushed) -> ControlledPair:
     config = CooperativeControllerConfig(fused=fused)
     change(config)
-    return make_controlled_pair(desired, config, (pushed, pushed))
+    return make_controlled_pair(desired, config, (pushed, second))
+
+
+def assert_the_same(pairs: Sequence[ControlledPair]) -> None:
+    controller = pairs[0].controller
+    ports = map(controller.get_output_port, range(controller.num_output_ports()))
+    for name in [port.get_name() for port in ports]:
+        ours, others = (pair.read(name) for pair in pairs)
+        assert np.abs(ours - others).max() < SAME * max(np.abs(others).max(), 1e-2), name
 
 
 def kinds(pair: ControlledPair) -> dict[str, type[System]]:
@@ -87,12 +101,23 @@ def test_it_is_one_system_unless_told_otherwise_or_not_compiled(monkeypatch) -> 
 @pytest.mark.parametrize("change", [change for change, _ in MIXED])
 def test_the_mixed_forms_say_the_same_as_the_blocks(change: Change) -> None:
     pairs = [pair_of(change, fused) for fused in (True, False)]
-    ports = [pairs[0].controller.get_output_port(k) for k in range(20)]
     for pair in pairs:
         pair.simulator.AdvanceTo(STEPS * 1e-3)
-    for name in (port.get_name() for port in ports):
-        ours, others = (pair.read(name) for pair in pairs)
-        assert np.abs(ours - others).max() < SAME * max(np.abs(others).max(), 1e-2), name
+    assert_the_same(pairs)
+
+
+@pytest.mark.parametrize("after", AFTER_HOLD)
+def test_a_grasp_that_opens_is_the_same_as_with_the_blocks(after: str) -> None:
+    def quick(config: CooperativeControllerConfig) -> None:
+        config.opened = ReferenceHoldConfig(after, 0.01, 0.005, 0.05, 0.02)
+
+    pairs = [pair_of(quick, fused, let_go) for fused in (True, False)]
+    for time in (0.015, 0.025, 0.06):
+        for pair in pairs:
+            pair.simulator.AdvanceTo(time)
+        assert_the_same(pairs)
+    np.testing.assert_array_equal(pairs[0].read("opened")[:2], [0.0, 1.0])
+    np.testing.assert_array_equal(pairs[0].read("release"), [float(after == "release"), 0.0])
 
 
 def test_ports_of_all_forms_are_the_same() -> None:
