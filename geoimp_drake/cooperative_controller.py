@@ -9,16 +9,15 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
-from geoimp_drake.inner_loop import arm_blocks, make_inner_loop
-from geoimp_drake.inner_loop import can_be_fused as arm_can_be_fused
+from geoimp_drake.inner_loop import arm_blocks, arm_can_be_fused, make_inner_loop
 from geoimp_drake.object_loop import (
     OBJECT_PORTS,
     REFERENCE_PORTS,
     WATCH_PORTS,
     make_object_loop,
     object_blocks,
+    object_can_be_fused,
 )
-from geoimp_drake.object_loop import can_be_fused as object_can_be_fused
 from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.task_functions.task_function import TaskFunction
 

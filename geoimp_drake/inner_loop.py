@@ -11,7 +11,7 @@ from geoimp_drake.systems.arm_model import ArmModel
 from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.task_functions.task_function import TaskFunction
 
-__all__ = ["arm_blocks", "can_be_fused", "make_inner_loop"]
+__all__ = ["arm_blocks", "arm_can_be_fused", "make_inner_loop"]
 
 
 def make_inner_loop(
@@ -41,7 +41,7 @@ def make_inner_loop(
             law is (2.15); else the blocks are separate.
     """
     blocks = arm_blocks(model, motion_config, sampling_config, redundancy_config, task_function)
-    if fused and can_be_fused(motion_config):
+    if fused and arm_can_be_fused(motion_config):
         return ArmControl(blocks)
     return _separate(blocks)
 
@@ -62,7 +62,7 @@ def arm_blocks(
     )
 
 
-def can_be_fused(motion_config: MotionConfig) -> bool:
+def arm_can_be_fused(motion_config: MotionConfig) -> bool:
     """Whether the inner loop can be one system: laws are compiled, the orientation law is (2.15).
 
     Args:

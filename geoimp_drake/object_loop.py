@@ -19,9 +19,9 @@ __all__ = [
     "OBJECT_PORTS",
     "REFERENCE_PORTS",
     "WATCH_PORTS",
-    "can_be_fused",
     "make_object_loop",
     "object_blocks",
+    "object_can_be_fused",
 ]
 
 # Outputs besides the references.
@@ -63,12 +63,12 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
         gravity: g in W (3) [m/s²].
     """
     blocks = object_blocks(config, gravity)
-    if config.fused and can_be_fused(config):
+    if config.fused and object_can_be_fused(config):
         return ObjectControl(blocks)
     return _separate(blocks)
 
 
-def can_be_fused(config: CooperativeControllerConfig) -> bool:
+def object_can_be_fused(config: CooperativeControllerConfig) -> bool:
     """Whether the object's part can be one system: laws are compiled, the family is (3.30)'s.
 
     Args:

@@ -107,7 +107,7 @@ class ArmLoop:
         Raises:
             SignalError: the reading is NaN or infinite.
         """
-        self.check_reading(state)
+        self._check_reading(state)
         self.pass_through(memory, state)
         memory[self._count] = 1.0
         memory[self._count + 1 :] = state[self.model.state_order[: self._n]]
@@ -116,7 +116,7 @@ class ArmLoop:
         """Takes another reading; arguments and errors are those of `take_first`."""
         held = memory[: self._count + 1]
         if not self._next(state, held, *self._sampling, held):
-            self.check_reading(state)
+            self._check_reading(state)
 
     def pass_through(self, memory: Array, state: Array) -> None:
         """Writes a reading that is not held yet.
@@ -138,7 +138,7 @@ class ArmLoop:
             SignalError: the reading is NaN or infinite.
         """
         if not self._measured(self.model.state_order, memory, motion, *self._chain):
-            self.check_reading(memory[: self._count])
+            self._check_reading(memory[: self._count])
 
     def write_torque(
         self, context: Context, memory: Array, reference: Array, wrench: Array, u: Array
@@ -174,7 +174,7 @@ class ArmLoop:
         Raises:
             SignalError: the reading is NaN or infinite.
         """
-        self.check_reading(memory[: self._count])
+        self._check_reading(memory[: self._count])
         return float(smallest_singular_value(self._arm(memory).Jv_V_WE))
 
     def compare_with_limits(self, time: float, torque: Array, peak: Array) -> None:
@@ -191,7 +191,7 @@ class ArmLoop:
             report_saturation(self._name(), self.model, time, torque, new)
         peak[:] = after
 
-    def check_reading(self, reading: Array) -> None:
+    def _check_reading(self, reading: Array) -> None:
         """Raises SignalError, by name, for a reading [q; v] (2n) that is NaN or infinite."""
         check_signal(reading, self._port("estimated_state"))
 
@@ -213,7 +213,7 @@ class ArmLoop:
 
     def _check(self, memory: Array, reference: Array, wrench: Array) -> None:
         """Raises SignalError, by name, for what the law cannot use."""
-        self.check_reading(memory[: self._count])
+        self._check_reading(memory[: self._count])
         check_frame_motion(reference, self._port("reference_motion"))
         check_signal(wrench, self._port("wrench"))
         check_regular(self._arm(memory).Jv_V_WE)

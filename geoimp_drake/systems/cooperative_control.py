@@ -93,7 +93,8 @@ class CooperativeControl(ObjectControlBase):
         super().__init__(blocks)
         # Behind the object's memory follow those of the arms and, held with their readings, the
         # motions of their hands.
-        self._arms, memory = [], [np.zeros(0)]
+        self._arms: list[_Arm] = []
+        memory: list[Array] = []
         for k, arm in enumerate(arms, 1):
             loop = ArmLoop(self, arm, f"_{k}")
             port = self.DeclareVectorInputPort(f"estimated_state_{k}", 2 * loop.model.num_joints)
