@@ -35,29 +35,21 @@ class CompliantArm:
     controller: Diagram
     sensor: ForceTorqueSensor
 
-    def record(
-        self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant
-    ) -> OutputPort:
-        """Logs what the log contract names; returns the port with the true motion of E."""
-        motion_E = true_motion(builder, plant, self.end_effector, "motion_of_E")
+    def record(self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant) -> None:
+        """Logs what the log contract names."""
         ports = {
             "u": self.controller.GetOutputPort("actuation"),
-            "motion_E": motion_E,
+            "motion_E": true_motion(builder, plant, self.end_effector, "motion_of_E"),
             "motion_D": self.desired_motion,
             "motion_C": self.controller.GetOutputPort("compliant_motion"),
             "wrench": self.sensor.GetOutputPort("wrench"),
             "wrench_true": self.sensor.GetOutputPort("wrench_true"),
         }
         record_arm(recorder, plant, self.name, ports)
-        return motion_E
 
-    def frames(self, motion_E: OutputPort) -> dict[str, OutputPort]:
-        """Returns the motions of D, C and E, to be drawn."""
-        return {
-            "D": self.desired_motion,
-            "C": self.controller.GetOutputPort("compliant_motion"),
-            "E": motion_E,
-        }
+    def frames(self, recorder: Recorder) -> dict[str, OutputPort]:
+        """Returns the motions of D, C and E, to be drawn, from where they are logged."""
+        return {name: recorder.port(f"{self.name}/motion_{name}") for name in "DCE"}
 
 
 def add_compliant_arm(

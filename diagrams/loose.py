@@ -193,9 +193,20 @@ class _Frames:
 
 
 def build_loose(
-    scenario: LooseScenario, meshcat: Meshcat | None = None, *, live: bool = False
+    scenario: LooseScenario,
+    meshcat: Meshcat | None = None,
+    *,
+    live: bool = False,
+    logged: bool = True,
 ) -> Setup:
-    """Builds the diagram of a scenario, drawn in Meshcat if given; `live` adds sliders there.
+    """Builds the diagram of a scenario.
+
+    Args:
+        scenario: its open fields are filled in.
+        meshcat: where it is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -229,27 +240,28 @@ def build_loose(
         builder.Connect(external.get_output_port(), plant.get_applied_spatial_force_input_port())
 
     recorder = Recorder(builder, scenario.log_period)
-    motion_E = hand.record(builder, recorder, plant)
-    motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
-    record_arm(
-        recorder,
-        plant,
-        scenario.peg_arm,
-        {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P},
-    )
-    recorder.record(f"{scenario.peg_arm}/set_point", servo.GetOutputPort("set_point"))
+    if logged or meshcat is not None:
+        hand.record(builder, recorder, plant)
+        motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
+        record_arm(
+            recorder,
+            plant,
+            scenario.peg_arm,
+            {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P},
+        )
+        recorder.record(f"{scenario.peg_arm}/set_point", servo.GetOutputPort("set_point"))
+        recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
     recorder.constant("program/moves", np.array([move.name for move in motion_plan.segments]))
     recorder.constant(
         "program/times", np.array([(move.begin, move.end) for move in motion_plan.segments])
     )
-    recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
     if meshcat is not None:
         add_visualization(
             builder,
             scene_graph,
             meshcat,
             plant,
-            frames=hand.frames(motion_E),
+            frames=hand.frames(recorder),
             wrench=hand.sensor.GetOutputPort("wrench"),
         )
         if live:

@@ -71,9 +71,20 @@ CELL_OF_ARM = {SIX: "single_arm", SEVEN: "track_arm"}
 
 
 def build_single_arm(
-    scenario: SingleArmScenario, meshcat: Meshcat | None = None, *, live: bool = False
+    scenario: SingleArmScenario,
+    meshcat: Meshcat | None = None,
+    *,
+    live: bool = False,
+    logged: bool = True,
 ) -> Setup:
-    """Builds the diagram of a scenario, drawn in Meshcat if given; `live` adds sliders there.
+    """Builds the diagram of a scenario.
+
+    Args:
+        scenario: its open fields are filled in.
+        meshcat: where it is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -102,7 +113,8 @@ def build_single_arm(
         )
         builder.Connect(external.get_output_port(), plant.get_applied_spatial_force_input_port())
     recorder = Recorder(builder, scenario.log_period)
-    motion_E = hand.record(builder, recorder, plant)
+    if logged or meshcat is not None:
+        hand.record(builder, recorder, plant)
     if scenario.surface is not None:
         recorder.constant("surface/plane", surface_plane(scenario.surface.pose()))
         recorder.constant("surface/disk", np.zeros(3))
@@ -112,7 +124,7 @@ def build_single_arm(
             scene_graph,
             meshcat,
             plant,
-            frames=hand.frames(motion_E),
+            frames=hand.frames(recorder),
             wrench=hand.sensor.GetOutputPort("wrench"),
         )
         if live:

@@ -156,9 +156,20 @@ class _Models:
 
 
 def build_tight(
-    scenario: TightScenario, meshcat: Meshcat | None = None, *, live: bool = False
+    scenario: TightScenario,
+    meshcat: Meshcat | None = None,
+    *,
+    live: bool = False,
+    logged: bool = True,
 ) -> Setup:
-    """Builds the diagram of a scenario, drawn in Meshcat if given; `live` adds sliders there.
+    """Builds the diagram of a scenario.
+
+    Args:
+        scenario: its open fields are filled in.
+        meshcat: where it is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -190,7 +201,9 @@ def build_tight(
         builder.Connect(
             controller.GetOutputPort(f"actuation_{k}"), plant.get_actuation_input_port(instance)
         )
-    recorder = _record(builder, scenario, plant, models, desired, controller, sensors)
+    recorder = Recorder(builder, scenario.log_period)
+    if logged or meshcat is not None:
+        _record(builder, recorder, scenario, plant, models, desired, controller, sensors)
     if meshcat is not None:
         add_visualization(
             builder,
@@ -322,15 +335,15 @@ def _add_sensors(
 
 def _record(
     builder: DiagramBuilder,
+    recorder: Recorder,
     scenario: TightScenario,
     plant: MultibodyPlant,
     models: _Models,
     desired: DesiredMotion,
     controller: Diagram,
     sensors: ForceTorqueSensors,
-) -> Recorder:
+) -> None:
     """Logs what the log contract names for a tight cooperation."""
-    recorder = Recorder(builder, scenario.log_period)
     for k, arm in enumerate(ARMS, 1):
         ports = {
             "u": controller.GetOutputPort(f"actuation_{k}"),
@@ -354,7 +367,6 @@ def _record(
     if scenario.surface is not None:
         recorder.constant("surface/plane", surface_plane(scenario.surface.pose()))
         recorder.constant("surface/disk", np.array([0.0, 0.0, -scenario.bar.stick]))
-    return recorder
 
 
 def _release(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> list[Event]:

@@ -1,12 +1,11 @@
 """What the closed loop costs: microseconds a step, as ratios to the bare plant in the same run."""
 
 import json
-import math
-import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
@@ -33,9 +32,7 @@ __all__ = [
 ]
 
 _WINDOWS = 5
-_WINDOW = 0.2  # [s] of simulated time
-_NO_LOG = 1e6  # [s]
-
+_WINDOW = 0.4  # [s] of simulated time
 
 # Below this a change is taken for noise.
 _SLOWER = 1.1
@@ -60,34 +57,37 @@ class BenchCase:
 
 @dataclass(frozen=True)
 class Timing:
-    """Medians over windows that alternate between closed loop and bare plant.
+    """What was timed, in rounds: each times a window of the loop, of the bare plant and so on.
 
     Attributes:
         name: of the case.
+        step: plant step [s].
         loop: closed loop, logging off [µs per plant step].
         logged: closed loop with the experiment's own logging [µs per plant step].
         bare: the plant alone under a constant torque, from the same state [µs per plant step].
-        step: plant step [s].
         drake: the plant under Drake's own InverseDynamicsController, in C++ [µs per plant step];
-            NaN if that takes no such plant.
+            nothing if that takes no such plant.
     """
 
     name: str
-    loop: float
-    logged: float
-    bare: float
     step: float
-    drake: float = math.nan
+    loop: tuple[float, ...]
+    logged: tuple[float, ...]
+    bare: tuple[float, ...]
+    drake: tuple[float, ...] = ()
 
     @property
     def ratio(self) -> float:
-        """Closed loop over bare plant."""
-        return self.loop / self.bare
+        """Closed loop over bare plant: the median of the rounds' ratios.
+
+        A machine whose speed changes does so for both windows of a round.
+        """
+        return median(loop / bare for loop, bare in zip(self.loop, self.bare, strict=True))
 
     @property
     def real_time_factor(self) -> float:
         """Simulated over wall time, logging on."""
-        return 1e6 * self.step / self.logged
+        return 1e6 * self.step / median(self.logged)
 
 
 def run_bench(
@@ -135,12 +135,11 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def _figures(timing: Timing) -> dict[str, float | None]:
-    drake = None if math.isnan(timing.drake) else timing.drake
     return {
-        "bare": timing.bare,
-        "drake": drake,
-        "loop": timing.loop,
-        "loop_logged": timing.logged,
+        "bare": median(timing.bare),
+        "drake": median(timing.drake) if timing.drake else None,
+        "loop": median(timing.loop),
+        "loop_logged": median(timing.logged),
     }
 
 
@@ -174,44 +173,44 @@ def time_experiment(experiment: Any, name: str, start: float) -> Timing:
         name: of the case.
         start: simulated time at which the windows begin [s].
     """
-    loop = _loop(experiment, (f"log_period={_NO_LOG}",), start)
-    logged = _loop(experiment, (), start)
+    loop = _loop(experiment, start, logged=False)
+    logged = _loop(experiment, start, logged=True)
     advance = {
         "loop": _advance(loop[0]),
         "logged": _advance(logged[0]),
         "bare": _bare_plant(*loop[1:]),
         "drake": _under_drakes_controller(*loop[1:]),
     }
-    seconds: dict[str, list[float]] = {key: [] for key in advance}
+    step = loop[1].scenario.plant.time_step
+    micro: dict[str, tuple[float, ...]] = dict.fromkeys(advance, ())
     with only_new_garbage():  # as `simulate` does
         for _ in range(_WINDOWS):
             for key, run in advance.items():
-                seconds[key].append(_timed(run) if run else math.nan)
-    step = loop[1].scenario.plant.time_step
-    micro = {key: statistics.median(s) * step / _WINDOW * 1e6 for key, s in seconds.items()}
-    return Timing(name, micro["loop"], micro["logged"], micro["bare"], step, micro["drake"])
+                if run is not None:
+                    micro[key] += (_timed(run) * step / _WINDOW * 1e6,)
+    return Timing(name, step, **micro)
 
 
 def format_timings(timings: list[Timing]) -> str:
     """Returns the timings as a table for a terminal."""
-    with_drake = any(not math.isnan(t.drake) for t in timings)
+    with_drake = any(t.drake for t in timings)
     drake = f"{'Drake ID':>12}" if with_drake else ""
     lines = [
         f"{'case':16}{'bare plant':>12}{drake}{'closed loop':>13}{'ratio':>8}{'real time':>12}"
     ]
     for t in timings:
-        known = f"{'–':>12}" if math.isnan(t.drake) else f"{t.drake:9.0f} µs"
+        known = f"{median(t.drake):9.0f} µs" if t.drake else f"{'–':>12}"
         drake = known if with_drake else ""
         lines.append(
-            f"{t.name:16}{t.bare:9.0f} µs{drake}{t.loop:10.0f} µs{t.ratio:8.1f}"
+            f"{t.name:16}{median(t.bare):9.0f} µs{drake}{median(t.loop):10.0f} µs{t.ratio:8.1f}"
             f"{t.real_time_factor:10.2f} ×"
         )
     return "\n".join(lines)
 
 
-def _loop(experiment: Any, overrides: tuple[str, ...], start: float) -> tuple[Simulator, Any, Any]:
+def _loop(experiment: Any, start: float, *, logged: bool) -> tuple[Simulator, Any, Any]:
     """Returns a closed loop that has been advanced to a time: simulator, set-up, its context."""
-    setup = experiment.build(experiment.scenario((), overrides))
+    setup = experiment.build(experiment.scenario(), logged=logged)
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)
     simulator.AdvanceTo(start)

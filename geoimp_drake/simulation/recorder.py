@@ -5,6 +5,7 @@ from itertools import accumulate
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
 
 __all__ = ["Recorder"]
@@ -16,7 +17,7 @@ class Recorder:
     """Records ports of a diagram under construction at one period.
 
     All of them go into one sink: every system of a diagram costs time in every step, one that only
-    listens, too.
+    listens, too. So there is none if nothing is recorded.
 
     Args:
         builder: of the diagram.
@@ -45,7 +46,9 @@ class Recorder:
         return self._keys[key][0]
 
     def build(self) -> Diagram:
-        """Adds the sink and returns the diagram."""
+        """Adds the sink, if anything is recorded, and returns the diagram."""
+        if not self._ports:
+            return self._builder.Build()
         sizes = [port.size() for port in self._ports]
         everything = self._builder.AddNamedSystem("logged_signals", Multiplexer(sizes))
         for k, port in enumerate(self._ports):
@@ -59,7 +62,12 @@ class Recorder:
 
         Args:
             context: of the whole diagram.
+
+        Raises:
+            ConfigurationError: nothing is recorded.
         """
+        if not self._ports:
+            raise ConfigurationError("Nothing is logged; build the diagram with logged=True.")
         record = self._sink.FindLog(context)
         log = {"t": record.sample_times().copy()}
         ends = list(accumulate(port.size() for port in self._ports))

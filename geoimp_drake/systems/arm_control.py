@@ -79,10 +79,11 @@ class ArmControl(Block):
         # Of six joints it says how near a singularity is, where there may be no torque.
         tickets = law if self._arm.is_redundant else reading
         self._reported = declare_cache(self, "internal motion", self._calc_report, tickets)
+        report = {self._reported.ticket()}
         for k, (name, size) in enumerate(
             (("smallest_singular_value", 1), ("null_space_error", n), ("task_value", 1))
         ):
-            self.DeclareVectorOutputPort(name, size, self._part_of_report(k), tickets)
+            self.DeclareVectorOutputPort(name, size, self._part_of_report(k), report)
 
     @property
     def model(self) -> ControlModel:

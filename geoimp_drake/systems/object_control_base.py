@@ -158,7 +158,9 @@ class ObjectControlBase(Block):
         self._found = self.DeclareCacheEntry(
             "object", ValueProducer(lambda: AbstractValue.Make(Found()), self._calc_found), law
         )
-        self._law_tickets = law
+        # What is found depends on all of it, the outputs on what is found: Drake follows each of
+        # these connections in every step.
+        self._law_tickets = law = {self._found.ticket()}
         declare_output(self, "compliant_motion", 19, lambda c: self._motions(c)[COMPLIANT], law)
         declare_output(self, "displacement", 6, self._displacement, law)
         declare_output(self, "energy", len(ImpedanceEnergy.get_fields()), self._energy, law)
