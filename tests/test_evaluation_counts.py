@@ -28,11 +28,11 @@ LAWS: dict[type, tuple[str, ...]] = {
     DesiredMotion: ("_calc_motion",),
     ForceTorqueSensors: ("_sample",),
     WristSensing: ("sample", "_write_true"),
-    ImpedanceIntegrator: ("_calc_motion", "DoCalcTimeDerivatives", "_calc_energy"),
+    ImpedanceIntegrator: ("_write_motion", "DoCalcTimeDerivatives", "_calc_energy"),
     InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
     MotionController: ("_calc_acceleration",),
     CooperativeControl: (
-        "_calc_found",
+        "_find",
         "_calc_torque",
         "_compare_with_limits",
         "_hold_motions",
@@ -43,7 +43,7 @@ LAWS: dict[type, tuple[str, ...]] = {
     RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
     VelocityEstimator: ("_next_reading",),
 }
-# In one step. The impedance's motion is needed twice: for the torque (the event that normalizes the
+# In one step. The impedance's law is evaluated twice: for the torque (the event that normalizes the
 # state and the sensor's load take what the torque has evaluated), and, with the new wrench, for
 # the integrator's step.
 SOURCES = {
@@ -52,7 +52,7 @@ SOURCES = {
     "WristSensing.sample": 1,
 }
 IMPEDANCE = {
-    "ImpedanceIntegrator._calc_motion": 2,
+    "ImpedanceIntegrator._write_motion": 2,
     "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
 }
 FUSED = {
@@ -71,7 +71,7 @@ SIX = {"RedundancyResolver._calc_six": 1}
 SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
 # Both arms, and what their object needs.
 BAR = {
-    "CooperativeControl._calc_found": 2,
+    "CooperativeControl._find": 2,
     "CooperativeControl._calc_torque": 2,  # one for each arm
     "CooperativeControl._compare_with_limits": 1,
     "CooperativeControl._hold_motions": 1,
@@ -121,7 +121,7 @@ needs_numba = pytest.mark.skipif(not is_available(), reason="numba is not instal
 
 
 @needs_numba
-@pytest.mark.parametrize(("experiment", "ports"), [("plexiglas", 13), ("redundancy", 13)])
+@pytest.mark.parametrize(("experiment", "ports"), [("plexiglas", 12), ("redundancy", 12)])
 def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
     calls = calls_per_step(monkeypatch, experiment)
     assert calls.pop("ports") == ports
@@ -137,7 +137,7 @@ def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
 
 @pytest.mark.parametrize(
     ("experiment", "own", "internal", "ports"),
-    [("plexiglas", SIX, 0, 19), ("redundancy", SEVEN, 1, 20)],
+    [("plexiglas", SIX, 0, 18), ("redundancy", SEVEN, 1, 19)],
 )
 def test_evaluations_of_separate_blocks(monkeypatch, experiment, own, internal, ports) -> None:
     calls = calls_per_step(monkeypatch, experiment, fused=False)
@@ -153,4 +153,4 @@ def test_either_of_two_arms_is_evaluated_once_in_a_step(monkeypatch) -> None:
     assert calls["internal"] == 1
     assert calls["MotionController._calc_acceleration"] == 2
     # Of the object and of the grasp, as often as for one arm.
-    assert calls["ImpedanceIntegrator._calc_motion"] == 4
+    assert calls["ImpedanceIntegrator._write_motion"] == 4

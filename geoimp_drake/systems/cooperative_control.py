@@ -158,10 +158,10 @@ class CooperativeControl(ObjectControlBase):
             arm.loop.write_motion(memory[arm.place], memory[arm.motion])
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
-        time, discrete = context.get_time(), state.get_mutable_discrete_state()
+        discrete = state.get_mutable_discrete_state()
         for arm, port in zip(self._arms, self._torques, strict=True):
             peak = discrete.get_mutable_value(arm.peak)
-            arm.loop.compare_with_limits(time, port.Eval(context), peak)
+            arm.loop.compare_with_limits(context, port.Eval(context), peak)
 
     def _hands(self, context: Context, memory: Array) -> tuple[Array, Array]:
         first, second = self._arms

@@ -12,7 +12,6 @@ from pydrake.systems.framework import (
     ContinuousState,
     EventStatus,
     State,
-    ValueProducer,
 )
 
 from geoimp_drake.compiled import compiled
@@ -27,8 +26,10 @@ from geoimp_drake.laws.families import OrientationImpedance
 from geoimp_drake.laws.orientation_impedance import overrides
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.declaring import declare_cache, tickets_of
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
     LINEAR_VELOCITY,
     POSITION,
@@ -152,17 +153,11 @@ class ImpedanceIntegrator(Block):
         self.DeclareInitializationUnrestrictedUpdateEvent(self._stop)
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
-        law_inputs = {
-            self.xc_ticket(),
-            *(self.input_port_ticket(port.get_index()) for port in self._inputs()),
-        }
+        law_inputs = {self.xc_ticket()} | tickets_of(self, *self._inputs())
         # They change when the scale does, not with every step.
-        self._current_gains = self.DeclareCacheEntry(
-            "gains",
-            ValueProducer(lambda: AbstractValue.Make(object()), self._calc_gains),
-            {self.input_port_ticket(self._scale.get_index())},
+        self._scaled_gains = declare_cache(
+            self, "gains", self._calc_gains, tickets_of(self, self._scale)
         )
-        # The law's one evaluation for a state and its inputs is this port's value.
         self._compliant = self.DeclareVectorOutputPort(
             "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
         )
@@ -229,18 +224,26 @@ class ImpedanceIntegrator(Block):
         return x if is_set(x) else self._start_state(context)
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        """Computes the motion of C, accelerations included."""
+        self._write_motion(context, output.get_mutable_value())
+
+    def _write_motion(self, context: Context, motion: Array) -> None:
+        """Writes the motion of C (19), accelerations included."""
         desired, wrench = self._desired.Eval(context), self._wrench.Eval(context)
-        state, gains = self._compliant_state(context), self._current_gains.Eval(context)
+        state, gains = self._compliant_state(context), self._gains_now(context)
         if self._rotates and self._has_domain:
             self.check_signals(self.get_name(), desired, wrench, state)
-        if not self._law(state, desired, wrench, *gains, output.get_mutable_value()):
+        if not self._law(state, desired, wrench, *gains, motion):
             self.check_signals(self.get_name(), desired, wrench, state)
 
+    def _gains_now(self, context: Context) -> tuple[Array, ...]:
+        """Returns the gains; without a scale they need not be looked up in the cache."""
+        if not self._scale.HasValue(context):
+            return self._gains
+        gains: tuple[Array, ...] = self._scaled_gains.Eval(context)
+        return gains
+
     def _calc_gains(self, context: Context, value: AbstractValue) -> None:
-        scaled = self._scale.HasValue(context)
-        factors = self._scale.Eval(context) if scaled else None
-        value.set_value(self.gains(self.get_name(), factors))
+        value.set_value(self.gains(self.get_name(), self._scale.Eval(context)))
 
     def gains(self, system: str, factors: Array | None = None) -> tuple[Array, ...]:
         """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
@@ -294,8 +297,11 @@ class ImpedanceIntegrator(Block):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
-        state_rate = np.empty(FRAME_STATE_SIZE)
-        self._rate(self._compliant.Eval(context), state_rate)
+        # The wrench may just have been sampled, and the state is about to change: the port's value
+        # holds for neither, so that to evaluate the port would be a way round.
+        motion, state_rate = np.empty(FRAME_MOTION_SIZE), np.empty(FRAME_STATE_SIZE)
+        self._write_motion(context, motion)
+        self._rate(motion, state_rate)
         derivatives.SetFromVector(state_rate)
 
     def _calc_displacement(self, context: Context, output: BasicVector) -> None:

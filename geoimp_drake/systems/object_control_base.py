@@ -250,12 +250,15 @@ class ObjectControlBase(Block):
         return memory
 
     def _calc_found(self, context: Context, value: AbstractValue) -> None:
+        self._find(context, value.get_mutable_value())
+
+    def _find(self, context: Context, found: Found) -> None:
+        """Evaluates the law."""
         memory = self._remembered(context)
         hands = self._hands(context, memory)
         wrench_1, wrench_2 = self._wrenches
         wrenches = wrench_1.Eval(context), wrench_2.Eval(context)
         desired = self._desired.Eval(context)
-        found: Found = value.get_mutable_value()
         found.memory, found.hand_wrenches = memory, wrenches
         found.pose = self._pose(memory, hands)
         state = context.get_continuous_state_vector().CopyToVector()
@@ -309,7 +312,10 @@ class ObjectControlBase(Block):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C and the mutual pose; a part without impedance follows D."""
-        derivatives.SetFromVector(self._found.Eval(context).rates)
+        # As for `ImpedanceIntegrator`: what is in the cache is from before the last sample.
+        found = Found()
+        self._find(context, found)
+        derivatives.SetFromVector(found.rates)
 
     def _motions(self, context: Context) -> Array:
         motions: Array = self._found.Eval(context).motions
