@@ -81,7 +81,7 @@ def object_control(
         h_2: the same of the second (6,).
         desired: motion of D (19,).
         state: of C and of the mutual pose, without accelerations (26,); zeros for at rest on what
-            is measured.
+            is measured. Afterwards that of the motions written, quaternions unit.
         pose: ¹Q_21 and ᵒΔp_21 of the grasp (7,).
         reference: motion whose inertial load is removed (19,), zeros for the weight alone.
         motions: where to write the motions (6, 19).
@@ -125,7 +125,7 @@ def object_control(
     )
     C, mutual = motions[COMPLIANT], motions[MUTUAL]
     if not np.any(state):
-        state = _at_rest(motions[:2])
+        state[:] = _at_rest(motions[:2])
     if not _impedance(state[:n], desired, wrenches[0], translation, rotation, coupling, parts, C):
         return False
     mutual[POSE_SIZE:] = 0.0
@@ -151,4 +151,6 @@ def object_control(
         rigid_references(C, pose, motions[HANDS])
     frame_state_rate(C, rates[:n])
     frame_state_rate(mutual, rates[n:])
+    state[:n] = C[:n]
+    state[n:] = mutual[:n]
     return True

@@ -4,7 +4,7 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, System
 
 from geoimp_drake.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
@@ -131,16 +131,16 @@ class GraspMonitor(Block):
         h_1, h_2 = (port.Eval(context) for port in self._wrenches)
         # Drake hands over a copy of the context's state.
         times, opened = (state.get_mutable_value(k) for k in (self._times, self._opened))
-        self.watch(self.get_name(), context, h_1, h_2, times, opened)
+        self.watch(self, context, h_1, h_2, times, opened)
 
     def watch(
-        self, system: str, context: Context, h_1: Array, h_2: Array, times: Array, opened: Array
+        self, system: System, context: Context, h_1: Array, h_2: Array, times: Array, opened: Array
     ) -> None:
         """Takes a sample of both wrenches.
 
         Args:
-            system: the name in errors and in the report.
-            context: of a system, whose time it is.
+            system: named in errors and in the report.
+            context: of that system, whose time it is.
             h_1: wrench of the first hand (6).
             h_2: of the second (6).
             times: since each hand was loaded, and since it was last not empty (4) [s]; moved on.
@@ -152,9 +152,9 @@ class GraspMonitor(Block):
         now = np.empty(2)
         if not self._law(h_1, h_2, times, self._thresholds, self._limits, self._period, times, now):
             for k, h in ((1, h_1), (2, h_2)):
-                check_signal(h, f"{system}:wrench_{k}")
+                check_signal(h, f"{system.get_name()}:wrench_{k}")
         if now[0] or now[1]:
-            self._latch(system, context.get_time(), now, opened)
+            self._latch(system.get_name(), context.get_time(), now, opened)
 
     def _latch(self, system: str, time: float, now: Array, opened: Array) -> None:
         new = (now != 0.0) & (opened[:2] == 0.0)

@@ -22,7 +22,6 @@ from geoimp_drake.laws.object_control import (
     COMPLIANT,
     HANDS,
     MEASURED_MUTUAL,
-    MUTUAL,
     OBJECT,
     object_control,
 )
@@ -83,6 +82,7 @@ class Found:
 
     motions: Array = field(default_factory=lambda: np.zeros((6, 19)))  # laws/object_control.py
     wrenches: Array = field(default_factory=lambda: np.empty((3, 6)))
+    state: Array = field(default_factory=lambda: np.empty(0))  # that of the motions
     rates: Array = field(default_factory=lambda: np.empty(2 * FRAME_STATE_SIZE))  # of the state
     memory: Array = field(default_factory=lambda: np.empty(0))
     pose: Array = field(default_factory=lambda: np.empty(0))  # of the grasp
@@ -199,8 +199,7 @@ class ObjectControlBase(Block):
         # The law's quaternions are normalized. This comes with the plant's step, whose torques have
         # evaluated the law already.
         found = self._found.Eval(context)
-        x = found.motions[COMPLIANT : MUTUAL + 1, :FRAME_STATE_SIZE].ravel()
-        state.get_mutable_continuous_state().SetFromVector(x)
+        state.get_mutable_continuous_state().SetFromVector(found.state)
         discrete = state.get_mutable_discrete_state()
         for last, reference in zip(self._last_references, found.motions[HANDS], strict=True):
             discrete.set_value(last, reference)
@@ -221,7 +220,7 @@ class ObjectControlBase(Block):
                 references = list(self._motions(context)[HANDS])
                 hold.take(self.get_name(), references, context.get_time(), held)
         h_1, h_2 = (port.Eval(context) for port in self._wrenches)
-        monitor.watch(self.get_name(), context, h_1, h_2, times, opened)
+        monitor.watch(self, context, h_1, h_2, times, opened)
 
     def _pose(self, memory: Array, hands: tuple[Array, Array]) -> Array:
         """Returns ¹Q_21 and ᵒΔp_21 (7) of the grasp."""
@@ -261,7 +260,7 @@ class ObjectControlBase(Block):
         desired = self._desired.Eval(context)
         found.memory, found.hand_wrenches = memory, wrenches
         found.pose = self._pose(memory, hands)
-        state = context.get_continuous_state_vector().CopyToVector()
+        found.state = state = context.get_continuous_state_vector().CopyToVector()
         reference = memory[_LAST] if self._removes_inertial_load else self._at_rest
         if not self._law(
             *hands,
