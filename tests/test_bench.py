@@ -47,6 +47,18 @@ def test_an_experiment_is_timed_from_a_given_time_on(monkeypatch):
         assert windows[0] > 0.0
 
 
+def test_the_ratio_is_of_a_loop_without_a_log(monkeypatch):
+    def advance(simulator):
+        return lambda: simulator.get_system().HasSubsystemNamed("log")
+
+    monkeypatch.setattr(bench, "_WINDOWS", 1)
+    monkeypatch.setattr(bench, "_advance", advance)
+    monkeypatch.setattr(bench, "_timed", lambda run: 2.0 if run() else 1.0)
+    timing = time_experiment(get_experiment("plexiglas"), "start", 0.01)
+    assert timing.logged[0] == 2.0 * timing.loop[0]
+    assert timing.ratio == 1.0
+
+
 def test_a_loop_without_a_log_has_none_of_its_systems():
     for name in ("plexiglas", "bar", "peg_in_hole"):
         experiment = get_experiment(name)

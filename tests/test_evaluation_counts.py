@@ -28,11 +28,17 @@ LAWS: dict[type, tuple[str, ...]] = {
     DesiredMotion: ("_calc_motion",),
     ForceTorqueSensors: ("_sample",),
     WristSensing: ("sample", "_write_true"),
-    ImpedanceIntegrator: ("_write_motion", "DoCalcTimeDerivatives", "_calc_energy"),
+    ImpedanceIntegrator: (
+        "_write_motion",
+        "_calc_motion",
+        "DoCalcTimeDerivatives",
+        "_calc_energy",
+    ),
     InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
     MotionController: ("_calc_acceleration",),
     CooperativeControl: (
         "_find",
+        "_calc_found",
         "_calc_torque",
         "_compare_with_limits",
         "_hold_motions",
@@ -45,7 +51,7 @@ LAWS: dict[type, tuple[str, ...]] = {
 }
 # In one step. The impedance's law is evaluated twice: for the torque (the event that normalizes the
 # state and the sensor's load take what the torque has evaluated), and, with the new wrench, for
-# the integrator's step.
+# the integrator's step; for that no output port or cache entry is evaluated.
 SOURCES = {
     "DesiredMotion._calc_motion": 1,
     "ForceTorqueSensors._sample": 1,
@@ -53,6 +59,7 @@ SOURCES = {
 }
 IMPEDANCE = {
     "ImpedanceIntegrator._write_motion": 2,
+    "ImpedanceIntegrator._calc_motion": 1,
     "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
 }
 FUSED = {
@@ -72,6 +79,7 @@ SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_inte
 # Both arms, and what their object needs.
 BAR = {
     "CooperativeControl._find": 2,
+    "CooperativeControl._calc_found": 1,
     "CooperativeControl._calc_torque": 2,  # one for each arm
     "CooperativeControl._compare_with_limits": 1,
     "CooperativeControl._hold_motions": 1,

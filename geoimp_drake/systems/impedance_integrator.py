@@ -297,8 +297,8 @@ class ImpedanceIntegrator(Block):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Integrates C; a part without impedance follows D."""
-        # The wrench may just have been sampled, and the state is about to change: the port's value
-        # holds for neither, so that to evaluate the port would be a way round.
+        # Not by the output port: as a rule the wrench has just been sampled, and the state is about
+        # to change, so nobody else could use what the port would then hold.
         motion, state_rate = np.empty(FRAME_MOTION_SIZE), np.empty(FRAME_STATE_SIZE)
         self._write_motion(context, motion)
         self._rate(motion, state_rate)

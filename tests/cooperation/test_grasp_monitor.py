@@ -126,7 +126,7 @@ def test_bad_thresholds_and_signals_are_named() -> None:
     ):
         with pytest.raises(ConfigurationError, match=text):
             config.make()
-    with pytest.raises(SignalError, match="wrench_2"):
+    with pytest.raises(SignalError, match="Port 'system:wrench_2' got"):
         opened(CARRIED, np.full(6, np.nan))
 
 
