@@ -6,6 +6,8 @@ import sys
 import time
 from pathlib import Path
 
+import distributed
+
 
 def square(number: int) -> int:
     return number**2
@@ -50,5 +52,6 @@ def surroundings(_: int) -> dict[str, object]:
     return {
         "pid": os.getpid(),
         "threads": [os.environ.get(f"{name}_NUM_THREADS") for name in ("OMP", "OPENBLAS", "MKL")],
+        "profiled": "profile" in distributed.get_worker().periodic_callbacks,
         "interruptible": signal.getsignal(signal.SIGINT) != signal.SIG_IGN,
     }

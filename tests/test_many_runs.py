@@ -107,7 +107,7 @@ def test_one_scheduler_keeps_equal_keys_of_different_runs_apart(tmp_path, schedu
 def test_own_processes_have_one_thread_are_silent_and_leave_interrupts_to_the_first(journal, capfd):
     done = [finished.result for finished in run(many_tasks.surroundings, range(8), journal, None)]
     assert len({result.pop("pid") for result in done}) == 2
-    assert done == [{"threads": ["1"] * 3, "interruptible": False}] * 8
+    assert done == [{"threads": ["1"] * 3, "profiled": False, "interruptible": False}] * 8
     assert capfd.readouterr().err == ""
 
 

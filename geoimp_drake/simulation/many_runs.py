@@ -39,6 +39,10 @@ _LOCAL = {
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.scheduler.allowed-failures": 3,
     "distributed.nanny.pre-spawn-environ": dict.fromkeys(_THREAD_SETTINGS, "1"),
+    # What Dask measures of itself, every 10 and 20 ms in each of its processes, takes the time of
+    # the tasks where every core has one.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
 }
 _CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
 
