@@ -11,7 +11,7 @@ six-joint arm's.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +19,7 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw, RigidBody
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder, System
 
 from geoimp_drake.control_model import ControlModel
 from geoimp_drake.cooperative_config import CooperativeControllerConfig
@@ -50,13 +50,13 @@ from geoimp_drake.simulation.visualization import add_visualization
 from geoimp_drake.systems.cooperative_kinematics import ObjectLoad
 from geoimp_drake.systems.cooperative_reference_generator import MutualPose
 from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.grasp_monitor import GraspMonitorConfig
 from geoimp_drake.systems.internal_impedance import InternalImpedanceConfig
 from geoimp_drake.systems.reference_hold import ReferenceHoldConfig
+from geoimp_drake.systems.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_vector, positive
-from geoimp_drake.wrist_sensor import add_wrist_sensors, tool_load_beyond, wrist_sensor_at
+from geoimp_drake.wrist_sensor import connect_wrist_sensors, tool_load_beyond, wrist_sensor_at
 
 __all__ = ["ARMS", "OBJECT", "AssumedGeometry", "TightScenario", "build_tight"]
 
@@ -186,24 +186,22 @@ def build_tight(
     desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WO, scenario.segments))
     if scenario.duration is None:
         scenario.duration = desired.duration()
-    controller = builder.AddSystem(_controller(plant, models, scenario))
-    sensors = _add_sensors(builder, plant, models, scenario, controller)
-
+    sensors = _sensors(plant, models, scenario)
+    controller = builder.AddSystem(_controller(plant, models, scenario, sensors))
+    connect_wrist_sensors(builder, plant, controller)
     builder.Connect(desired.GetOutputPort("motion"), controller.GetInputPort("desired_motion"))
     for k, arm in enumerate(ARMS, 1):
         instance = plant.GetModelInstanceByName(arm)
-        # Joint states and wrenches go in, torques come out.
-        for source, target in (
-            (plant.get_state_output_port(instance), f"estimated_state_{k}"),
-            (sensors.GetOutputPort(f"wrench_{k}"), f"wrench_{k}"),
-        ):
-            builder.Connect(source, controller.GetInputPort(target))
+        # Joint states go in, torques come out.
+        builder.Connect(
+            plant.get_state_output_port(instance), controller.GetInputPort(f"estimated_state_{k}")
+        )
         builder.Connect(
             controller.GetOutputPort(f"actuation_{k}"), plant.get_actuation_input_port(instance)
         )
     recorder = Recorder(builder, scenario.log_period)
     if logged or meshcat is not None:
-        _record(builder, recorder, scenario, plant, models, desired, controller, sensors)
+        _record(builder, recorder, scenario, plant, models, desired, controller)
     if meshcat is not None:
         add_visualization(
             builder,
@@ -270,7 +268,12 @@ def _take_hold(plant: MultibodyPlant, models: _Models, scenario: TightScenario) 
         plant.SetDefaultPositions(instance, posture)
 
 
-def _controller(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> Diagram:
+def _controller(
+    plant: MultibodyPlant,
+    models: _Models,
+    scenario: TightScenario,
+    sensors: Sequence[WristSensor],
+) -> System:
     """Returns the controller, made for the cell as it is assumed to be."""
     if np.any(scenario.assumed.base_offset):
         plant = MultibodyPlant(scenario.plant.time_step)
@@ -294,6 +297,7 @@ def _controller(plant: MultibodyPlant, models: _Models, scenario: TightScenario)
         [models.hands[arm] for arm in ARMS],
         config,
         loads=[models.bar.model_instance()],
+        sensors=sensors,
     )
 
 
@@ -305,31 +309,20 @@ def _load(bar: RigidBody) -> ObjectLoad:
     return ObjectLoad(mass=M_OOo.get_mass(), centre_of_mass=p_OG, inertia=inertia)
 
 
-def _add_sensors(
-    builder: DiagramBuilder,
-    plant: MultibodyPlant,
-    models: _Models,
-    scenario: TightScenario,
-    controller: Diagram,
-) -> ForceTorqueSensors:
-    """Adds a wrist sensor to each hand; its own rod is removed from the reading, the bar is not."""
+def _sensors(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> list[WristSensor]:
+    """Returns a sensor for each hand; its own rod is removed from the reading, the bar is not."""
     # At the start each hand bears half of the bar, and neither turns it.
     share = -0.5 * models.bar.default_mass() * plant.gravity_field().gravity_vector()
     initial = np.concatenate((np.zeros(3), share))
-    hands = []
+    sensors = []
     for k, arm in enumerate(ARMS, 1):
         joint = sensor_joint_of(plant, arm)
         tool = tool_load_beyond(plant, joint, without=[models.bar.model_instance()])
         # Two sensors do not have the same noise.
         config = dataclasses.replace(scenario.sensor, seed=2 * scenario.seed + k)
         name = f"{arm}_{WRIST_SENSOR}"
-        hands.append(wrist_sensor_at(plant, joint, models.hands[arm], config, tool, initial, name))
-    sensors = add_wrist_sensors(builder, plant, hands, reference_is_held=True)
-    for k in range(1, len(ARMS) + 1):
-        builder.Connect(
-            controller.GetOutputPort(f"last_reference_motion_{k}"),
-            sensors.GetInputPort(f"reference_motion_{k}"),
-        )
+        hand = models.hands[arm]
+        sensors.append(wrist_sensor_at(plant, joint, hand, config, tool, initial, name))
     return sensors
 
 
@@ -340,8 +333,7 @@ def _record(
     plant: MultibodyPlant,
     models: _Models,
     desired: DesiredMotion,
-    controller: Diagram,
-    sensors: ForceTorqueSensors,
+    controller: System,
 ) -> None:
     """Logs what the log contract names for a tight cooperation."""
     for k, arm in enumerate(ARMS, 1):
@@ -349,8 +341,8 @@ def _record(
             "u": controller.GetOutputPort(f"actuation_{k}"),
             "motion_E": true_motion(builder, plant, models.hands[arm], f"motion_of_E_{k}"),
             "motion_r": controller.GetOutputPort(f"reference_motion_{k}"),
-            "wrench": sensors.GetOutputPort(f"wrench_{k}"),
-            "wrench_true": sensors.GetOutputPort(f"wrench_true_{k}"),
+            "wrench": controller.GetOutputPort(f"wrench_{k}"),
+            "wrench_true": controller.GetOutputPort(f"wrench_true_{k}"),
         }
         record_arm(recorder, plant, arm, ports)
     for key, port in {

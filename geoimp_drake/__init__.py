@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
     from geoimp_drake.systems.industrial_controller import make_industrial_controller
     from geoimp_drake.systems.wrist_sensor_config import ToolLoad, WristSensorConfig
-    from geoimp_drake.wrist_sensor import add_wrist_sensor, add_wrist_sensors, wrist_sensor_at
+    from geoimp_drake.wrist_sensor import (
+        add_wrist_sensor,
+        add_wrist_sensors,
+        connect_wrist_sensors,
+        wrist_sensor_at,
+    )
 
 __version__ = "0.1.0"
 
@@ -37,6 +42,7 @@ __all__ = [
     "__version__",
     "add_wrist_sensor",
     "add_wrist_sensors",
+    "connect_wrist_sensors",
     "find_start_posture",
     "load_log",
     "load_robot",
@@ -56,6 +62,7 @@ _MODULES = {
     "WristSensorConfig": "systems.wrist_sensor_config",
     "add_wrist_sensor": "wrist_sensor",
     "add_wrist_sensors": "wrist_sensor",
+    "connect_wrist_sensors": "wrist_sensor",
     "find_start_posture": "robot_files.posture",
     "load_log": "log_data",
     "load_robot": "robot_files.loading",

@@ -1,4 +1,4 @@
-"""Two arms that hold one object as one Diagram: the object, not the hands, gets the impedance."""
+"""Two arms that hold one object: the object, not the hands, gets the impedance."""
 
 from collections.abc import Sequence
 
@@ -19,6 +19,8 @@ from geoimp_drake.object_loop import (
     object_can_be_fused,
 )
 from geoimp_drake.systems.cooperative_control import CooperativeControl
+from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.wrist_sensor_config import WristSensor
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["make_cooperative_controller"]
@@ -32,7 +34,8 @@ def make_cooperative_controller(
     *,
     loads: Sequence[ModelInstanceIndex] = (),
     task_functions: Sequence[TaskFunction | None] = (None, None),
-) -> Diagram:
+    sensors: Sequence[WristSensor] = (),
+) -> System:
     """Makes a controller of two arms of `plant` that hold one object tightly.
 
     The object behaves as a mass, damper and spring about the desired motion: by (3.1) and (3.30),
@@ -50,7 +53,7 @@ def make_cooperative_controller(
     ```
 
     All of it is one system, `CooperativeControl`, unless `config.fused` is off: the same laws with
-    fewer calls into Python.
+    fewer calls into Python. Wrist sensors whose period is that of `config.sampling` are part of it.
 
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
     in (2.3), the load that it carries included; the object's weight and inertial load are removed
@@ -66,9 +69,12 @@ def make_cooperative_controller(
         loads: model instances that hang on a hand but are not part of its arm's model: their weight
             stays in the measured wrench.
         task_functions: of redundant arms, in the place of the configured ones.
+        sensors: of both wrists, in the same order, from `wrist_sensor_at` on the real plant. With
+            them the controller reads the plant's reaction forces itself, which costs less than
+            sensors beside it; connect it by `connect_wrist_sensors`.
 
     Returns:
-        A Diagram with these ports.
+        A system with these ports.
 
         input estimated_state_1: [q; v] of the first arm of n joints, in the plant's order (2n)
         input estimated_state_2: the same of the second (2n)
@@ -97,14 +103,20 @@ def make_cooperative_controller(
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
 
-        With the monitor switched off there are no ports `opened` and `release`.
+        With the monitor switched off there are no ports `opened` and `release`. With sensors,
+        inputs for what the plant says (`reaction_forces`, `state` and what else they read) take the
+        place of `wrench_1` and `wrench_2`; there are outputs `wrench_1`, `wrench_true_1` and
+        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second; and there are
+        no outputs `last_reference_motion_1` and `_2`, which are for sensors beside it.
 
     Raises:
         ModelError: the plant does not contain such arms.
-        ConfigurationError: the configuration cannot be used.
+        ConfigurationError: the configuration cannot be used, or there are not two sensors.
     """
     config = config or CooperativeControllerConfig()
     config.validate()
+    if sensors and len(sensors) != 2:
+        raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
     if len(task_functions) != 2:
         raise ConfigurationError(
             f"There are {len(task_functions)} task functions; give one for each of the two arms, "
@@ -120,16 +132,22 @@ def make_cooperative_controller(
         )
     ]
     builder = DiagramBuilder()
-    if config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config):
+    fused = config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config)
+    if fused:
+        # Sensors with a period of their own are a system of their own.
+        within = sensors if _periods(sensors) == {config.sampling.period} else ()
         blocks = object_blocks(config, gravity)
-        _add_one(builder, CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms]))
+        controller = CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms], within)
     else:
+        within = ()
         loops = [make_inner_loop(*arm, fused=config.fused) for arm in arms]
         _add_three(builder, make_object_loop(config, gravity), loops, config.monitor.enabled)
-    diagram = builder.Build()
+        controller = builder.Build()
+    if sensors and not within:
+        controller = _with_sensors(controller, sensors)
     names = [plant.GetModelInstanceName(instance) for instance in model_instances]
-    diagram.set_name(f"{'_'.join(names)}_cooperative_controller")
-    return diagram
+    controller.set_name(f"{'_'.join(names)}_cooperative_controller")
+    return controller
 
 
 def _models(
@@ -153,12 +171,31 @@ def _models(
     ]
 
 
-def _add_one(builder: DiagramBuilder, control: CooperativeControl) -> None:
+def _periods(sensors: Sequence[WristSensor]) -> set[float]:
+    return {sensor.config.period for sensor in sensors}
+
+
+def _with_sensors(control: System, sensors: Sequence[WristSensor]) -> Diagram:
+    """Returns a controller with the wrist sensors before it."""
+    builder = DiagramBuilder()
     builder.AddNamedSystem("control", control)
-    for port in map(control.get_input_port, range(control.num_input_ports())):
-        builder.ExportInput(port, port.get_name())
-    for port in map(control.get_output_port, range(control.num_output_ports())):
-        builder.ExportOutput(port, port.get_name())
+    measured = builder.AddNamedSystem(
+        "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=True)
+    )
+    for k in range(1, len(sensors) + 1):
+        builder.Connect(measured.GetOutputPort(f"wrench_{k}"), control.GetInputPort(f"wrench_{k}"))
+        builder.Connect(
+            control.GetOutputPort(f"last_reference_motion_{k}"),
+            measured.GetInputPort(f"reference_motion_{k}"),
+        )
+    for system in (control, measured):
+        for port in map(system.get_input_port, range(system.num_input_ports())):
+            if not port.get_name().startswith(("wrench_", "reference_motion_")):
+                builder.ExportInput(port, port.get_name())
+        for port in map(system.get_output_port, range(system.num_output_ports())):
+            if not port.get_name().startswith("last_reference_motion_"):
+                builder.ExportOutput(port, port.get_name())
+    return builder.Build()
 
 
 def _add_three(

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, WeldJoint
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.errors import ModelError
 from geoimp_drake.kinematic_tree import path_to, welded_bodies
 from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
 from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.wrist_sensing import PLANT_LISTS
 from geoimp_drake.systems.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
@@ -18,7 +19,13 @@ from geoimp_drake.systems.wrist_sensor_config import (
 )
 from geoimp_drake.typing import Array
 
-__all__ = ["add_wrist_sensor", "add_wrist_sensors", "tool_load_beyond", "wrist_sensor_at"]
+__all__ = [
+    "add_wrist_sensor",
+    "add_wrist_sensors",
+    "connect_wrist_sensors",
+    "tool_load_beyond",
+    "wrist_sensor_at",
+]
 
 
 def add_wrist_sensor(
@@ -67,7 +74,7 @@ def add_wrist_sensor(
             reference_is_held=reference_is_held,
         ),
     )
-    _connect(builder, plant, system)
+    connect_wrist_sensors(builder, plant, system)
     return system
 
 
@@ -82,7 +89,8 @@ def add_wrist_sensors(
 
     Its output ports `wrench_1`, `wrench_2` and so on are what `make_cooperative_controller` wants.
     With `inertial_load: reference` connect its input ports `reference_motion_1` and so on yourself:
-    with `reference_is_held` to the controller's `last_reference_motion_1` and so on.
+    with `reference_is_held` to the controller's `last_reference_motion_1` and so on. It costs less
+    to give the sensors to that controller, see `connect_wrist_sensors`.
 
     Args:
         builder: holds `plant` already.
@@ -99,18 +107,21 @@ def add_wrist_sensors(
     system = builder.AddNamedSystem(
         "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=reference_is_held)
     )
-    _connect(builder, plant, system)
+    connect_wrist_sensors(builder, plant, system)
     return system
 
 
-def _connect(builder: DiagramBuilder, plant: MultibodyPlant, system: ForceTorqueSensors) -> None:
-    for port in (
-        "reaction_forces",
-        "body_poses",
-        "body_spatial_velocities",
-        "body_spatial_accelerations",
-    ):
-        builder.Connect(plant.GetOutputPort(port), system.GetInputPort(port))
+def connect_wrist_sensors(builder: DiagramBuilder, plant: MultibodyPlant, system: System) -> None:
+    """Connects the plant's outputs that wrist sensors read to a system that contains some.
+
+    Args:
+        builder: holds both already.
+        plant: finalized.
+        system: `ForceTorqueSensors`, or a controller that was given sensors.
+    """
+    for name in PLANT_LISTS:
+        if system.HasInputPort(name):
+            builder.Connect(plant.GetOutputPort(name), system.GetInputPort(name))
     if system.HasInputPort("state"):
         builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
 

@@ -27,7 +27,7 @@ LAWS: dict[type, tuple[str, ...]] = {
     ArmModel: ("_calc_arm", "_calc_motion"),
     DesiredMotion: ("_calc_motion",),
     ForceTorqueSensors: ("_sample",),
-    WristSensing: ("sample", "_write_true"),
+    WristSensing: ("sample", "true_wrench"),
     ImpedanceIntegrator: (
         "_write_motion",
         "_calc_motion",
@@ -87,7 +87,6 @@ BAR = {
     "CooperativeControl._start_or_normalize": 1,
     "CooperativeControl.DoCalcTimeDerivatives": 1,
     "DesiredMotion._calc_motion": 1,
-    "ForceTorqueSensors._sample": 1,
     "WristSensing.sample": 2,
 }
 
@@ -139,7 +138,7 @@ def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
 @needs_numba
 def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
     calls = calls_per_step(monkeypatch, "bar")
-    assert calls.pop("ports") == 16
+    assert calls.pop("ports") == 8
     assert calls == BAR
 
 

@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Integrator, LogVectorOutput
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.notebook import recording, show_diagram, show_meshcat
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -130,3 +131,10 @@ def test_what_was_recorded_before_an_error_is_kept():
     with pytest.raises(ZeroDivisionError):
         fail()
     assert len(meshcat.StaticHtml()) > len(still)
+
+
+def test_a_single_block_is_refused_with_what_to_do() -> None:
+    source = ConstantVectorSource([1.0])
+    source.set_name("source")
+    with pytest.raises(ConfigurationError, match=r"'source' is a single .* give a Diagram"):
+        show_diagram(source)

@@ -13,9 +13,9 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     ContinuousState,
-    Diagram,
     DiagramBuilder,
     DiscreteValues,
+    System,
 )
 
 from geoimp_drake.systems.block import Block
@@ -39,7 +39,7 @@ def add_live_controls(
     builder: DiagramBuilder,
     meshcat: Meshcat,
     plant: MultibodyPlant,
-    controller: Diagram,
+    controller: System,
     hand: Frame,
     *,
     push: bool = True,

@@ -19,6 +19,8 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
 
+from geoimp_drake.errors import ConfigurationError
+
 __all__ = ["BlockDiagram", "MeshcatView", "recording", "show_diagram", "show_meshcat"]
 
 # Layout of the drawing without Graphviz [inch].
@@ -65,7 +67,15 @@ def show_diagram(diagram: Diagram, max_depth: int = 1) -> BlockDiagram:
     Args:
         diagram: what is drawn; give names to its systems.
         max_depth: of Graphviz's drawing; 1 for the top level, 2 to look into its diagrams.
+
+    Raises:
+        ConfigurationError: it is not a Diagram but a single block.
     """
+    if not isinstance(diagram, Diagram):
+        raise ConfigurationError(
+            f"'{_name(diagram)}' is a single {_kind(diagram)} and has no blocks within; give a "
+            f"Diagram. A controller made with `fused` off is one."
+        )
     svg = _by_graphviz(diagram.GetGraphvizString(max_depth=max_depth)) or _top_level(diagram)
     return BlockDiagram(svg, _listing(diagram))
 

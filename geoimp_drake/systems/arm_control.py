@@ -99,7 +99,7 @@ class ArmControl(Block):
 
     def _compare_with_limits(self, context: Context, state: State) -> None:
         peak = state.get_mutable_discrete_state(self._peak).get_mutable_value()
-        self._arm.compare_with_limits(context, self._torque.Eval(context), peak)
+        self._arm.compare_with_limits(context, self._torque.Eval(context), self._peak, peak)
 
     def _remembered(self, context: Context) -> Array:
         """Returns the arm's memory; before the first reading the port's passes through."""

@@ -177,19 +177,19 @@ class ArmLoop:
         self._check_reading(memory[: self._count])
         return float(smallest_singular_value(self._arm(memory).Jv_V_WE))
 
-    def compare_with_limits(self, context: Context, torque: Array, peak: Array) -> None:
+    def compare_with_limits(self, context: Context, torque: Array, group: int, peak: Array) -> None:
         """Updates the largest torques as fractions of the limits; warns at a new saturation.
 
         Args:
             context: of the system, whose time it is.
             torque: in the order of the actuators (n).
-            peak: largest fractions so far (n), moved on.
+            group: of the system's state that holds the largest fractions so far.
+            peak: these in the state that comes next (n), moved on.
         """
-        after = np.empty_like(self._none)
-        if self._peak_effort(torque, self._limits, peak, after):
-            new = np.flatnonzero((peak <= 1) & (after > 1))
+        if self._peak_effort(torque, self._limits, peak, peak):
+            before = context.get_discrete_state(group).value()
+            new = np.flatnonzero((before <= 1) & (peak > 1))
             report_saturation(self._name(), self.model, context.get_time(), torque, new)
-        peak[:] = after
 
     def _check_reading(self, reading: Array) -> None:
         """Raises SignalError, by name, for a reading [q; v] (2n) that is NaN or infinite."""

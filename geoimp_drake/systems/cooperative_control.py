@@ -19,12 +19,14 @@ from geoimp_drake.laws.object_control import HANDS
 from geoimp_drake.systems.arm_loop import ArmBlocks, ArmLoop
 from geoimp_drake.systems.declaring import declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.systems.hand_sensors import HandSensors
 from geoimp_drake.systems.object_control_base import (
     MEMORY_SIZE,
     Found,
     ObjectBlocks,
     ObjectControlBase,
 )
+from geoimp_drake.systems.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
 
 __all__ = ["CooperativeControl"]
@@ -52,8 +54,10 @@ class CooperativeControl(ObjectControlBase):
     Args:
         blocks: of the object's part, whose work it does.
         arms: the blocks of both arms' inner loops; the readings of both are taken together.
+        sensors: of both wrists, in order, read with the joints; none if the wrenches are inputs.
 
     Raises:
+        ConfigurationError: a field of a sensor cannot be used.
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
         OutOfDomainError: the hands have turned by more than 355° against each other.
         SingularityError: six joints in an exactly singular posture.
@@ -86,10 +90,15 @@ class CooperativeControl(ObjectControlBase):
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
 
-        Without a watch there are no ports `opened` and `release`.
+        Without a watch there are no ports `opened` and `release`. With sensors, inputs for what the
+        plant says (`reaction_forces` and `state`, or what else `ForceTorqueSensors` reads of it)
+        take the place of `wrench_1` and `wrench_2`, there are outputs `wrench_1`, `wrench_true_1`,
+        `peak_reading_1` and those of the second, and no `last_reference_motion_1` and `_2`.
     """
 
-    def __init__(self, blocks: ObjectBlocks, arms: Sequence[ArmBlocks]):
+    def __init__(
+        self, blocks: ObjectBlocks, arms: Sequence[ArmBlocks], sensors: Sequence[WristSensor] = ()
+    ):
         super().__init__(blocks)
         # Behind the object's memory follow those of the arms and, held with their readings, the
         # motions of their hands.
@@ -104,11 +113,34 @@ class CooperativeControl(ObjectControlBase):
             peak = self.declare_state(loop.model.num_joints)
             self._arms.append(_Arm(loop, port, *places, peak))
             memory += [loop.memory_at_start, np.zeros(FRAME_MOTION_SIZE)]
-        self._declare_object_inputs()
-        self._declare_state(*memory)
+        self._declare_object_inputs(wrenches=not sensors)
+        self._sensors = None
+        if sensors:
+            self._sensors = HandSensors(self, sensors, MEMORY_SIZE + sum(map(len, memory)))
+            memory.append(self._sensors.memory_at_start)
+        self._declare_state(*memory, last_references=not sensors)
         self._declare_samples(arms[0].readings.period)
         self._declare_outputs(self._state_tickets())
         self._declare_arm_outputs()
+        if self._sensors is not None:
+            self._sensors.declare_outputs(self._memory)
+
+    def _hand_wrenches(self, context: Context, memory: Array) -> tuple[Array, Array]:
+        if self._sensors is None:
+            return super()._hand_wrenches(context, memory)
+        return self._sensors.wrenches(memory)
+
+    def _keep_references(self, references: Array, memory: Array, discrete: DiscreteValues) -> None:
+        if self._sensors is None:
+            super()._keep_references(references, memory, discrete)
+        else:
+            self._sensors.keep_references(references, memory)
+
+    def _memory_to_start_with(self, context: Context) -> Array:
+        memory = super()._memory_to_start_with(context).copy()
+        if self._sensors is not None:
+            self._sensors.keep_measured(context.get_discrete_state(self._memory).value(), memory)
+        return memory
 
     def _state_tickets(self) -> set[DependencyTicket]:
         return tickets_of(self, *(arm.state for arm in self._arms))
@@ -151,7 +183,9 @@ class CooperativeControl(ObjectControlBase):
             arm.loop.take_next(memory[arm.place], arm.state.Eval(context))
         self._hold_motions(memory)
         if self._watch is not None:
-            self._watch_grasps(self._watch, context, state)
+            self._watch_grasps(self._watch, context, state, memory)
+        if self._sensors is not None:
+            self._sensors.sample(context, self._memory, memory)
 
     def _hold_motions(self, memory: Array) -> None:
         for arm in self._arms:
@@ -161,7 +195,7 @@ class CooperativeControl(ObjectControlBase):
         discrete = state.get_mutable_discrete_state()
         for arm, port in zip(self._arms, self._torques, strict=True):
             peak = discrete.get_mutable_value(arm.peak)
-            arm.loop.compare_with_limits(context, port.Eval(context), peak)
+            arm.loop.compare_with_limits(context, port.Eval(context), arm.peak, peak)
 
     def _hands(self, context: Context, memory: Array) -> tuple[Array, Array]:
         first, second = self._arms

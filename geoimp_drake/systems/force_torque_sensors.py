@@ -1,13 +1,17 @@
 """Several wrist sensors of one plant as one system: its reaction forces are read once."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 
-from pydrake.systems.framework import Context, DiscreteValues, State
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, State
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.wrist_sensing import PlantPorts, WristSensing
+from geoimp_drake.systems.frame_motion import frame_motion_vector
+from geoimp_drake.systems.wrist_sensing import WristSensing, declare_plant_ports, initial_wrench
 from geoimp_drake.systems.wrist_sensor_config import WristSensor
+from geoimp_drake.typing import Array
 
 __all__ = ["ForceTorqueSensors"]
 
@@ -64,24 +68,23 @@ class ForceTorqueSensors(Block):
             )
         if suffixes is None:
             suffixes = [f"_{k}" for k in range(1, len(sensors) + 1)]
-        mountings = [sensor.mounting for sensor in sensors]
-        states = {mounting.num_states for mounting in mountings if mounting.path is not None}
-        self._ports = PlantPorts.of(self, max(states, default=None))
-        self._sensings = [
-            WristSensing(
-                self, sensor, self._ports, reference_is_held=reference_is_held, suffix=suffix
-            )
+        self._ports = declare_plant_ports(self, sensors, all_of_them=True)
+        self._hands = [
+            _Hand.of(self, sensor, self._ports, reference_is_held, suffix)
             for sensor, suffix in zip(sensors, suffixes, strict=True)
         ]
         # How many samples there have been, and the last reading of each sensor.
         self._memory = self.declare_state(1 + 6 * len(sensors))
         self._places = [slice(1 + 6 * k, 7 + 6 * k) for k in range(len(sensors))]
-        for sensing in self._sensings:
-            sensing.declare_outputs(self._memory)
+        for hand, suffix in zip(self._hands, suffixes, strict=True):
+            self.declare_state_output(f"wrench{suffix}", hand.held)
+            calc = partial(self._calc_true, hand)
+            self.DeclareVectorOutputPort(f"wrench_true{suffix}", 6, calc)
+            self.declare_state_output(f"peak_reading{suffix}", hand.peak)
         period = sensors[0].config.period
         # Without offset, so that its instants are those of the plant's steps to the last bit.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        if any(sensing.keeps_reference for sensing in self._sensings):
+        if any(hand.keeps_reference for hand in self._hands):
             # Unrestricted updates come first, together with the step of a plant with sampled output
             # ports: what the step has evaluated is not evaluated again.
             self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._keep_references)
@@ -93,12 +96,78 @@ class ForceTorqueSensors(Block):
         memory[0] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        forces, port = self._ports.forces.Eval(context), self._ports.state
+        forces, port = self._ports["reaction_forces"].Eval(context), self._ports.get("state")
         plant_state = None if port is None else port.Eval(context)
-        for sensing, place in zip(self._sensings, self._places, strict=True):
-            sensing.sample(context, state, count, forces, plant_state, memory[place])
+        for hand, place in zip(self._hands, self._places, strict=True):
+            hand.sensing.sample(
+                context,
+                count,
+                forces,
+                plant_state,
+                hand.motion(context),
+                partial(hand.last_peak, context),
+                memory[place],
+                state.get_mutable_value(hand.peak),
+                state.get_mutable_value(hand.held),
+            )
+
+    def _calc_true(self, hand: "_Hand", context: Context, output: BasicVector) -> None:
+        state = context.get_discrete_state()
+        if state.value(self._memory)[0] > 1:
+            output.SetFromVector(hand.sensing.true_wrench(context, hand.motion(context)))
+        else:
+            output.SetFromVector(state.value(hand.held))
 
     def _keep_references(self, context: Context, state: State) -> None:
-        for sensing in self._sensings:
-            if sensing.keeps_reference:
-                sensing.keep_reference(context, state)
+        for hand in self._hands:
+            if hand.keeps_reference:
+                followed = state.get_mutable_discrete_state(hand.followed)
+                followed.SetFromVector(hand.reference.Eval(context))
+
+
+@dataclass(frozen=True, slots=True)
+class _Hand:
+    """One sensor, its port, and the groups of the state that are its own."""
+
+    sensing: WristSensing
+    reference: InputPort
+    is_held: bool  # the reference is to be taken as it is
+    keeps_reference: bool  # it is to be kept when a step begins
+    held: int  # h
+    peak: int
+    followed: int  # the motion with which the tool's inertial load is removed
+
+    @staticmethod
+    def of(
+        system: Block,
+        sensor: WristSensor,
+        ports: dict[str, InputPort],
+        reference_is_held: bool,
+        suffix: str,
+    ) -> "_Hand":
+        sensing = WristSensing(system, sensor, ports, suffix)
+        return _Hand(
+            sensing,
+            system.DeclareVectorInputPort(f"reference_motion{suffix}", frame_motion_vector()),
+            sensing.follows and reference_is_held,
+            sensing.follows and not reference_is_held,
+            system.declare_state(initial_wrench(sensor)),
+            system.declare_state(6),
+            # At rest, unless one is followed.
+            system.declare_state(frame_motion_vector()),
+        )
+
+    def last_peak(self, context: Context) -> Array:
+        """Returns the largest reading before this sample, as a fraction of the range (6)."""
+        peak: Array = context.get_discrete_state(self.peak).value()
+        return peak
+
+    def motion(self, context: Context) -> Array:
+        """Returns the motion with which the tool's inertial load is removed (19)."""
+        # A copy: a law is compiled once more for an array that cannot be written to.
+        motion: Array = (
+            self.reference.Eval(context)
+            if self.is_held
+            else context.get_discrete_state(self.followed).CopyToVector()
+        )
+        return motion

@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import numpy as np
 from pydrake.common.containers import namedview
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -26,7 +25,7 @@ from geoimp_drake.laws.families import OrientationImpedance
 from geoimp_drake.laws.orientation_impedance import overrides
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.declaring import declare_cache, tickets_of
+from geoimp_drake.systems.declaring import tickets_of
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_VELOCITY,
     FRAME_MOTION_SIZE,
@@ -40,6 +39,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_vector,
     is_set,
 )
+from geoimp_drake.systems.stiffness_scale import StiffnessScale
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_array, spd_matrix
 
@@ -145,7 +145,7 @@ class ImpedanceIntegrator(Block):
         self._desired = self.DeclareVectorInputPort("desired_motion", frame_motion_vector())
         self._wrench = self.DeclareVectorInputPort("wrench", 6)
         self._measured = self.DeclareVectorInputPort("measured_motion", frame_motion_vector())
-        self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
+        self._scale = StiffnessScale(self, self.gains)
         # As declared it is zero, quaternion included: C has not started.
         self.DeclareContinuousState(FRAME_STATE_SIZE)
         self._reported = self.declare_state(1)  # whether bad conditioning has been
@@ -154,10 +154,6 @@ class ImpedanceIntegrator(Block):
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
         law_inputs = {self.xc_ticket()} | tickets_of(self, *self._inputs())
-        # They change when the scale does, not with every step.
-        self._scaled_gains = declare_cache(
-            self, "gains", self._calc_gains, tickets_of(self, self._scale)
-        )
         self._compliant = self.DeclareVectorOutputPort(
             "compliant_motion", frame_motion_vector(), self._calc_motion, law_inputs
         )
@@ -178,7 +174,7 @@ class ImpedanceIntegrator(Block):
         return coupling
 
     def _inputs(self) -> tuple:
-        return self._desired, self._wrench, self._measured, self._scale
+        return self._desired, self._wrench, self._measured, self._scale.port
 
     def _stop(self, context: Context, state: State) -> EventStatus:
         """Forgets where C was. It starts with the first step: by then the joints have been read."""
@@ -229,21 +225,11 @@ class ImpedanceIntegrator(Block):
     def _write_motion(self, context: Context, motion: Array) -> None:
         """Writes the motion of C (19), accelerations included."""
         desired, wrench = self._desired.Eval(context), self._wrench.Eval(context)
-        state, gains = self._compliant_state(context), self._gains_now(context)
+        state, gains = self._compliant_state(context), self._scale.gains(context)
         if self._rotates and self._has_domain:
             self.check_signals(self.get_name(), desired, wrench, state)
         if not self._law(state, desired, wrench, *gains, motion):
             self.check_signals(self.get_name(), desired, wrench, state)
-
-    def _gains_now(self, context: Context) -> tuple[Array, ...]:
-        """Returns the gains; without a scale they need not be looked up in the cache."""
-        if not self._scale.HasValue(context):
-            return self._gains
-        gains: tuple[Array, ...] = self._scaled_gains.Eval(context)
-        return gains
-
-    def _calc_gains(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(self.gains(self.get_name(), self._scale.Eval(context)))
 
     def gains(self, system: str, factors: Array | None = None) -> tuple[Array, ...]:
         """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
@@ -315,7 +301,7 @@ class ImpedanceIntegrator(Block):
 
     def _calc_energy(self, context: Context, output: BasicVector) -> None:
         C, D = self._compliant.Eval(context), self._desired.Eval(context)
-        factors = self._scale.Eval(context) if self._scale.HasValue(context) else None
+        factors = self._scale.factors(context)
         output.SetFromVector(self.energy(D, C, self._wrench.Eval(context), factors))
 
     def energy(self, D: Array, C: Array, wrench: Array, factors: Array | None = None) -> Array:

@@ -1,8 +1,6 @@
 """The object's part of tight cooperation as one system: its blocks, sooner."""
 
-from functools import partial
-
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, DiscreteValues
 
 from geoimp_drake.systems.declaring import tickets_of
 from geoimp_drake.systems.frame_motion import check_frame_motion, frame_motion_vector
@@ -66,12 +64,15 @@ class ObjectControl(ObjectControlBase):
             for k in (1, 2)
         ]
         self._declare_state()
-        if blocks.watch is not None:
+        if self._watch is not None:
             # Without offset, so that its instants are those of the plant's steps to the last bit.
-            self.DeclarePeriodicDiscreteUpdateEvent(
-                blocks.watch[0].period, 0.0, partial(self._watch_grasps, blocks.watch)
-            )
+            self.DeclarePeriodicDiscreteUpdateEvent(self._watch[0].period, 0.0, self._sample)
         self._declare_outputs(tickets_of(self, *self._measured))
+
+    def _sample(self, context: Context, state: DiscreteValues) -> None:
+        if self._watch is not None:
+            memory = state.get_mutable_value(self._memory)
+            self._watch_grasps(self._watch, context, state, memory)
 
     def _hands(self, context: Context, memory: Array) -> tuple[Array, Array]:
         first, second = self._measured

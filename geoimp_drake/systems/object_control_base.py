@@ -31,7 +31,7 @@ from geoimp_drake.systems.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
     measured_mutual_pose,
 )
-from geoimp_drake.systems.declaring import declare_cache, declare_output, tickets_of
+from geoimp_drake.systems.declaring import declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
@@ -49,11 +49,12 @@ from geoimp_drake.systems.reference_hold import (
     is_held,
     is_hold_due,
 )
+from geoimp_drake.systems.stiffness_scale import StiffnessScale
 from geoimp_drake.typing import Array
 
 __all__ = ["MEMORY_SIZE", "Found", "ObjectBlocks", "ObjectControlBase"]
 
-_NO_WRENCH = np.zeros(6)
+_NO_WRENCH, _NOTHING = np.zeros(6), np.empty(0)
 
 
 # What is remembered in one group of the state: ¹Q_21 and ᵒΔp_21 of the grasp, zeros for none yet;
@@ -82,10 +83,10 @@ class Found:
 
     motions: Array = field(default_factory=lambda: np.zeros((6, 19)))  # laws/object_control.py
     wrenches: Array = field(default_factory=lambda: np.empty((3, 6)))
-    state: Array = field(default_factory=lambda: np.empty(0))  # that of the motions
+    state: Array = field(default_factory=lambda: _NOTHING)  # that of the motions
     rates: Array = field(default_factory=lambda: np.empty(2 * FRAME_STATE_SIZE))  # of the state
-    memory: Array = field(default_factory=lambda: np.empty(0))
-    pose: Array = field(default_factory=lambda: np.empty(0))  # of the grasp
+    memory: Array = field(default_factory=lambda: _NOTHING)
+    pose: Array = field(default_factory=lambda: _NOTHING)  # of the grasp
     hand_wrenches: tuple[Array, Array] = (_NO_WRENCH, _NO_WRENCH)
 
 
@@ -106,7 +107,6 @@ class ObjectControlBase(Block):
         self._removes_inertial_load = blocks.removes_inertial_load
         self._law: Callable[..., bool] = compiled(object_control)
         self._load = blocks.kinematics.load_arguments
-        self._constant_gains = blocks.impedance.gains("impedance")
         # Without one its gains are not used.
         second = blocks.impedance if blocks.internal is None else blocks.internal
         self._internal_gains = blocks.internal is not None, *second.gains("internal")
@@ -125,18 +125,36 @@ class ObjectControlBase(Block):
         """Raises SignalError, by name, for a motion that cannot be used."""
         raise NotImplementedError
 
-    def _declare_object_inputs(self) -> None:
+    def _declare_object_inputs(self, *, wrenches: bool = True) -> None:
+        """Declares the inputs; `wrenches` is off if a subclass knows those of the hands."""
         self._desired = self.DeclareVectorInputPort("desired_motion", frame_motion_vector())
-        self._scale = self.DeclareVectorInputPort("stiffness_scale", 2)
-        self._wrenches = [self.DeclareVectorInputPort(f"wrench_{k}", 6) for k in (1, 2)]
+        self._scale = StiffnessScale(self, self._impedance.gains)
+        names = ("wrench_1", "wrench_2") if wrenches else ()
+        self._wrenches = [self.DeclareVectorInputPort(name, 6) for name in names]
 
-    def _declare_state(self, *further: Array) -> None:
-        """Declares state and its events but for the samples; `further` memory is a subclass's."""
+    def _hand_wrenches(self, context: Context, memory: Array) -> tuple[Array, Array]:
+        """Returns the wrenches (6) of both hands.
+
+        Args:
+            context: of this system.
+            memory: of it.
+        """
+        first, second = self._wrenches
+        return first.Eval(context), second.Eval(context)
+
+    def _declare_state(self, *further: Array, last_references: bool = True) -> None:
+        """Declares state and its events but for the samples.
+
+        Args:
+            further: memory of a subclass.
+            last_references: off if a subclass keeps them there.
+        """
         # As declared it is zero, quaternions included: nothing has started.
         self.DeclareContinuousState(2 * FRAME_STATE_SIZE)
         self._memory_at_start = np.concatenate((np.zeros(MEMORY_SIZE), *further))
         self._memory = self.declare_state(self._memory_at_start)
-        self._last_references = [self.declare_state(frame_motion_vector()) for _ in range(2)]
+        hands = range(2 if last_references else 0)
+        self._last_references = [self.declare_state(frame_motion_vector()) for _ in hands]
         if self._watch is not None:
             self._times = self.declare_state(TIMES_AT_START)
             self._opened = self.declare_state(NOTHING_OPENED)
@@ -144,17 +162,19 @@ class ObjectControlBase(Block):
         self.DeclareInitializationPublishEvent(self._check)
         self.DeclarePerStepUnrestrictedUpdateEvent(self._start_or_normalize)
 
+    def _keep_references(self, references: Array, memory: Array, discrete: DiscreteValues) -> None:
+        """Keeps what the hands follow as a step begins; `memory` is the one in that state."""
+        for last, reference in zip(self._last_references, references, strict=True):
+            discrete.set_value(last, reference)
+
     def _declare_outputs(self, hands: set[DependencyTicket]) -> None:
         """Declares the outputs; `hands` are the tickets of the inputs that tell their motions."""
-        inputs = tickets_of(self, self._desired, self._scale)
+        inputs = tickets_of(self, self._desired, self._scale.port)
         grasp = hands | {self.ticket_of_state(self._memory)}
         law = inputs | grasp | tickets_of(self, *self._wrenches)
         law |= {self.xc_ticket()}
         if self._watch is not None:
             law |= {self.time_ticket(), self.ticket_of_state(self._opened)}
-        # They change when the scale does, not with every step.
-        scale = tickets_of(self, self._scale)
-        self._scaled_gains = declare_cache(self, "gains", self._calc_gains, scale)
         self._found = self.DeclareCacheEntry(
             "object", ValueProducer(lambda: AbstractValue.Make(Found()), self._calc_found), law
         )
@@ -171,8 +191,8 @@ class ObjectControlBase(Block):
         declare_output(self, "mutual_reference", 19, self._mutual_reference, grasp)
         for k in range(2):
             declare_output(self, f"reference_motion_{k + 1}", 19, partial(self._reference, k), law)
-        for k in range(2):
-            self.declare_state_output(f"last_reference_motion_{k + 1}", self._last_references[k])
+        for k, last in enumerate(self._last_references, 1):
+            self.declare_state_output(f"last_reference_motion_{k}", last)
         if self._watch is not None:
             self.declare_state_output("opened", self._opened)
             release = {self.ticket_of_state(k) for k in (self._memory, self._opened)}
@@ -183,13 +203,16 @@ class ObjectControlBase(Block):
         """Forgets C and the grasp. They start with the first step, after the joints' readings."""
         state.get_mutable_continuous_state().SetFromVector(np.zeros(2 * FRAME_STATE_SIZE))
         start = [
-            (self._memory, self._memory_at_start),
+            (self._memory, self._memory_to_start_with(context)),
             *((last, frame_motion_vector().value()) for last in self._last_references),
         ]
         if self._watch is not None:
             start += [(self._times, TIMES_AT_START), (self._opened, NOTHING_OPENED)]
         for group, value in start:
             state.get_mutable_discrete_state(group).SetFromVector(value)
+
+    def _memory_to_start_with(self, context: Context) -> Array:
+        return self._memory_at_start
 
     def _check(self, context: Context) -> None:
         """Evaluates the law, so that initialization already refuses what it cannot use."""
@@ -201,26 +224,28 @@ class ObjectControlBase(Block):
         found = self._found.Eval(context)
         state.get_mutable_continuous_state().SetFromVector(found.state)
         discrete = state.get_mutable_discrete_state()
-        for last, reference in zip(self._last_references, found.motions[HANDS], strict=True):
-            discrete.set_value(last, reference)
         memory = discrete.get_mutable_value(self._memory)
         memory[_LAST], memory[_POSE] = found.motions[COMPLIANT], found.pose
+        self._keep_references(found.motions[HANDS], memory, discrete)
 
     def _watch_grasps(
-        self, watch: tuple[GraspMonitor, ReferenceHold], context: Context, state: DiscreteValues
+        self,
+        watch: tuple[GraspMonitor, ReferenceHold],
+        context: Context,
+        state: DiscreteValues,
+        memory: Array,
     ) -> None:
-        """Takes a sample of the wrenches for the watch."""
+        """Takes a sample of the wrenches for the watch; `memory` is the one in that state."""
         monitor, hold = watch
         # Drake hands over a copy of the context's state.
         times, opened = state.get_mutable_value(self._times), state.get_mutable_value(self._opened)
         # A hold follows one sample after what it is for, as behind a port.
         if opened[0] or opened[1]:
-            held = state.get_mutable_value(self._memory)[_HELD]
+            held = memory[_HELD]
             if is_hold_due(held, opened):
                 references = list(self._motions(context)[HANDS])
                 hold.take(self.get_name(), references, context.get_time(), held)
-        h_1, h_2 = (port.Eval(context) for port in self._wrenches)
-        monitor.watch(self, context, h_1, h_2, times, opened)
+        monitor.watch(self, context, *self._hand_wrenches(context, memory), times, opened)
 
     def _pose(self, memory: Array, hands: tuple[Array, Array]) -> Array:
         """Returns ¹Q_21 and ᵒΔp_21 (7) of the grasp."""
@@ -229,19 +254,6 @@ class ObjectControlBase(Block):
         if self._prescribed is not None:
             return self._prescribed
         return measured_mutual_pose(self.get_name(), *hands)
-
-    def _gains(self, context: Context) -> tuple[Array, ...]:
-        """Returns the gains of C; without a scale they need not be looked up in the cache."""
-        if not self._scale.HasValue(context):
-            return self._constant_gains
-        gains: tuple[Array, ...] = self._scaled_gains.Eval(context)
-        return gains
-
-    def _calc_gains(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(self._impedance.gains(self.get_name(), self._scale.Eval(context)))
-
-    def _factors(self, context: Context) -> Array | None:
-        return self._scale.Eval(context) if self._scale.HasValue(context) else None
 
     def _remembered(self, context: Context) -> Array:
         # A copy: a law is compiled once more for an array that cannot be written to.
@@ -255,8 +267,7 @@ class ObjectControlBase(Block):
         """Evaluates the law."""
         memory = self._remembered(context)
         hands = self._hands(context, memory)
-        wrench_1, wrench_2 = self._wrenches
-        wrenches = wrench_1.Eval(context), wrench_2.Eval(context)
+        wrenches = self._hand_wrenches(context, memory)
         desired = self._desired.Eval(context)
         found.memory, found.hand_wrenches = memory, wrenches
         found.pose = self._pose(memory, hands)
@@ -272,7 +283,7 @@ class ObjectControlBase(Block):
             found.motions,
             found.wrenches,
             found.rates,
-            *self._gains(context),
+            *self._scale.gains(context),
             *self._internal_gains,
             *self._load,
         ):
@@ -342,4 +353,4 @@ class ObjectControlBase(Block):
     def _energy(self, context: Context) -> Array:
         found = self._found.Eval(context)
         D, C = self._desired.Eval(context), found.motions[COMPLIANT]
-        return self._impedance.energy(D, C, found.wrenches[0], self._factors(context))
+        return self._impedance.energy(D, C, found.wrenches[0], self._scale.factors(context))

@@ -181,8 +181,8 @@ def controlled_pair(case: Case, *, fused: bool) -> ControlledPair:
 
 def both_forms(case: Case) -> tuple[ControlledPair, ControlledPair]:
     fused, separate = (controlled_pair(case, fused=form) for form in (True, False))
-    (control,) = fused.controller.GetSystems()
-    assert isinstance(control, CooperativeControl)
+    assert isinstance(fused.controller, CooperativeControl)
+    assert isinstance(separate.controller, Diagram)
     for name in ("object", "arm_1", "arm_2"):
         assert isinstance(separate.controller.GetSubsystemByName(name), Diagram)
     return fused, separate

@@ -11,7 +11,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, RigidBody
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 from signal_sources import Signal, Source, fixed_step
 
@@ -42,7 +42,7 @@ class ArmPair:
     frames: tuple[Frame, Frame]
     postures: tuple[np.ndarray, np.ndarray]
 
-    def controller(self, config: CooperativeControllerConfig | None = None, **options) -> Diagram:
+    def controller(self, config: CooperativeControllerConfig | None = None, **options) -> System:
         return make_cooperative_controller(self.plant, self.arms, self.frames, config, **options)
 
 
@@ -103,7 +103,7 @@ class ControlledPair:
     """A simulator of both arms with empty hands; nothing is felt, so the wrenches are zero."""
 
     pair: ArmPair
-    controller: Diagram
+    controller: System
     simulator: Simulator
 
     def read(self, port: str) -> np.ndarray:
