@@ -131,18 +131,16 @@ def make_cooperative_controller(
             models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
         )
     ]
-    builder = DiagramBuilder()
-    fused = config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config)
-    if fused:
+    if config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config):
         # Sensors with a period of their own are a system of their own.
         within = sensors if _periods(sensors) == {config.sampling.period} else ()
         blocks = object_blocks(config, gravity)
-        controller = CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms], within)
+        controller: System = CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms], within)
     else:
         within = ()
+        held = make_object_loop(config, gravity)
         loops = [make_inner_loop(*arm, fused=config.fused) for arm in arms]
-        _add_three(builder, make_object_loop(config, gravity), loops, config.monitor.enabled)
-        controller = builder.Build()
+        controller = _of_three(held, loops, config.monitor.enabled)
     if sensors and not within:
         controller = _with_sensors(controller, sensors)
     names = [plant.GetModelInstanceName(instance) for instance in model_instances]
@@ -198,10 +196,9 @@ def _with_sensors(control: System, sensors: Sequence[WristSensor]) -> Diagram:
     return builder.Build()
 
 
-def _add_three(
-    builder: DiagramBuilder, held: System, loops: Sequence[System], is_watched: bool
-) -> None:
-    """Adds the object's part and both arms', with the ports that the one system has."""
+def _of_three(held: System, loops: Sequence[System], is_watched: bool) -> Diagram:
+    """Returns the object's part and both arms', with the ports that the one system has."""
+    builder = DiagramBuilder()
     arms = [builder.AddNamedSystem(f"arm_{k}", loop) for k, loop in enumerate(loops, 1)]
     builder.AddNamedSystem("object", held)
     for k, arm in enumerate(arms, 1):
@@ -219,6 +216,7 @@ def _add_three(
     for k, arm in enumerate(arms, 1):
         for port in ("actuation", "measured_motion", "peak_effort"):
             builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
+    return builder.Build()
 
 
 def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System) -> None:

@@ -1,6 +1,7 @@
 """Wrist sensors within the controller of two arms say what sensors beside it say."""
 
 import logging
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from geoimp_drake.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.setup import Setup
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.simulation.run import simulate
 from geoimp_drake.systems.cooperative_control import CooperativeControl
 from geoimp_drake.systems.wrist_sensor_config import WristSensor
 
@@ -91,6 +93,28 @@ def test_they_say_the_same_to_the_bit(name: str, beside) -> None:
     assert within["peak_reading_2"].max() > 0.0
 
 
+def test_a_second_run_of_the_same_diagram_is_the_same() -> None:
+    setup = bar(CONFIGS["erroneous"])
+    first, second = said(setup), said(setup)
+    for key, value in first.items():
+        np.testing.assert_array_equal(second[key], value, err_msg=key)
+
+
+def test_an_opening_grasp_is_seen_at_the_same_sample(beside) -> None:
+    def opening() -> dict[str, np.ndarray]:
+        setup = bar(("release=0.05", "monitor.force_threshold=1"))
+        outcome = simulate(setup.diagram, setup.scenario.simulator, 0.12, events=setup.events)
+        assert outcome.failure is None
+        return setup.recorder.collect(outcome.context)
+
+    within = opening()
+    beside()
+    expected = opening()
+    assert within["grasp/opened"][-1, 2] > 0.05
+    for key, value in expected.items():
+        np.testing.assert_array_equal(within[key], value, err_msg=key)
+
+
 def test_true_wrenches_are_those_of_a_sensor_without_errors() -> None:
     log = said(bar(CONFIGS["erroneous"]))
     for arm in ("seven", "six"):
@@ -147,15 +171,35 @@ def test_otherwise_they_are_a_system_of_their_own(settings: tuple[str, ...]) -> 
         started(other).AdvanceTo(0.01)
 
 
-def test_saturation_is_said_of_the_sensor(caplog) -> None:
+@pytest.mark.parametrize("where", ["within", "beside"])
+def test_saturation_is_said_once_of_each_axis_of_each_sensor(where: str, caplog, beside) -> None:
+    if where == "beside":
+        beside()
+    # What carries the bar alone feels a moment that grows after the grasp has opened.
+    setup = bar(("sensor.force_range=5", "sensor.moment_range=4", "release=0.02"))
     with caplog.at_level(logging.WARNING, logger="drake"):
-        started(bar(("sensor.force_range=5",))).AdvanceTo(0.01)
-    said_of = [message for message in caplog.messages if "saturates" in message]
-    assert any(
-        message.startswith("seven_wrist_sensor saturates at t = 0.00") for message in said_of
-    )
-    assert len(said_of) == len(set(said_of))
-    assert all("force" in message for message in said_of)
+        simulate(setup.diagram, setup.scenario.simulator, 0.06, events=setup.events)
+    messages = [message for message in caplog.messages if "saturates" in message]
+    pattern = r"(\w+) saturates at t = ([0-9.]+) s: ([a-z]+ [xyz]) is"
+    found = [match.groups() for match in (re.match(pattern, text) for text in messages) if match]
+    assert len(found) == len(messages)
+    axes = [(sensor, axis) for sensor, _, axis in found]
+    assert len(axes) == len(set(axes))
+    times = {axis: float(time) for sensor, time, axis in found if sensor == "seven_wrist_sensor"}
+    assert times["moment y"] > times["force x"] + 0.01
+
+
+def test_the_true_wrench_follows_the_plant() -> None:
+    setup = bar(())
+    simulator = started(setup)
+    simulator.AdvanceTo(0.01)
+    context = simulator.get_mutable_context()
+    controller = controller_of(setup)
+    port, own = controller.GetOutputPort("wrench_true_2"), controller.GetMyContextFromRoot(context)
+    before = port.Eval(own)
+    plant_context = setup.plant.GetMyMutableContextFromRoot(context)
+    setup.plant.SetPositions(plant_context, setup.plant.GetPositions(plant_context) + 0.1)
+    assert np.abs(port.Eval(own) - before).max() > 0.1
 
 
 def test_one_sensor_for_two_hands_is_refused(monkeypatch) -> None:
