@@ -130,8 +130,8 @@ def figures(log: Log, scenario: LooseScenario) -> dict[str, Figure]:
             {"t": log["t"][late]},
             scenario.compliant,
             [
-                ("mating force", "f [N]", wrench[:, 3:], None),
-                ("mating moment", "μ [Nm]", wrench[:, :3], None),
+                ("mating force", "f [N]", wrench[:, 3:], 1.0),
+                ("mating moment", "μ [Nm]", wrench[:, :3], 0.1),
                 (
                     "depth of the peg's tip",
                     "depth [mm]",

@@ -78,8 +78,8 @@ def panels_figure(
         log: of a run.
         arm: its name in the log.
         panels: title, label of the axis with its unit, values (N×3, or N for one curve), and what
-            the axis of one curve must at least show, from zero up, so that noise does not look
-            like a signal; None leaves the axis free.
+            the axis must at least show, so that noise does not look like a signal: of one curve
+            from zero up, of three to both sides; None leaves the axis free.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """
@@ -91,7 +91,7 @@ def panels_figure(
             if values.ndim == 1:
                 _plot_scalar(axes, log["t"], values, name, label, least)
             else:
-                _plot_components(axes, log["t"], values, name, label)
+                _plot_components(axes, log["t"], values, name, label, least=least)
             shade_phases(axes, phases, label=False)
             _mark_contact(axes, log, arm, label=False)
             axes.set_xlabel("time [s]")
@@ -118,6 +118,7 @@ def _plot_components(
     title: str,
     label: str,
     legend: Literal["best", "lower right"] = "best",
+    least: float | None = None,
 ) -> None:
     """Plots the three components of a vector over time."""
     for component, name, style in zip(values.T, "xyz", AXIS_STYLES, strict=True):
@@ -126,6 +127,9 @@ def _plot_components(
     axes.set_ylabel(label)
     _limit_time(axes, t)
     axes.margins(y=0.18)  # room for the legend and the names of the phases
+    if least is not None:
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, -least), max(high, least))
     axes.legend(loc=legend, ncols=3, handlelength=2.5)
 
 
