@@ -9,7 +9,12 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import frame_motion_vector
-from geoimp_drake.systems.wrist_sensing import WristSensing, declare_plant_ports, initial_wrench
+from geoimp_drake.systems.wrist_sensing import (
+    WristSensing,
+    declare_plant_ports,
+    initial_wrench,
+    read_plant,
+)
 from geoimp_drake.systems.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
 
@@ -96,8 +101,7 @@ class ForceTorqueSensors(Block):
         memory[0] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        forces, port = self._ports["reaction_forces"].Eval(context), self._ports.get("state")
-        plant_state = None if port is None else port.Eval(context)
+        forces, plant_state = read_plant(self._ports, context)
         for hand, place in zip(self._hands, self._places, strict=True):
             hand.sensing.sample(
                 context,

@@ -10,7 +10,12 @@ from pydrake.systems.framework import Context
 from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.declaring import declare_output, tickets_of
 from geoimp_drake.systems.frame_motion import FRAME_MOTION_SIZE, frame_motion_vector
-from geoimp_drake.systems.wrist_sensing import WristSensing, declare_plant_ports, initial_wrench
+from geoimp_drake.systems.wrist_sensing import (
+    WristSensing,
+    declare_plant_ports,
+    initial_wrench,
+    read_plant,
+)
 from geoimp_drake.systems.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
 
@@ -109,8 +114,7 @@ class HandSensors:
         memory[self._count] = count + 1.0
         if count == 0:
             return  # the plant has not stepped yet
-        forces, port = self._ports["reaction_forces"].Eval(context), self._ports.get("state")
-        plant_state = None if port is None else port.Eval(context)
+        forces, plant_state = read_plant(self._ports, context)
         for k, sensing in enumerate(self._sensings):
             place = self._places[k]
             sensing.sample(

@@ -40,7 +40,7 @@ __all__ = [
     "WristSensing",
     "declare_plant_ports",
     "initial_wrench",
-    "needs_velocities",
+    "read_plant",
 ]
 
 _log = logging.getLogger("drake")
@@ -71,7 +71,7 @@ def declare_plant_ports(
         all_of_them: whether poses, velocities and accelerations are asked for in any case.
     """
     states = [sensor.mounting.num_states for sensor in sensors if sensor.mounting.path is not None]
-    moves = any(needs_velocities(sensor) for sensor in sensors)
+    moves = any(_moves_as_the_plant(sensor) for sensor in sensors)
     is_needed = {"reaction_forces": True, "body_poses": len(states) < len(sensors)}
     ports = {
         name: system.DeclareAbstractInputPort(name, AbstractValue.Make([element()]))
@@ -83,7 +83,20 @@ def declare_plant_ports(
     return ports
 
 
-def needs_velocities(sensor: WristSensor) -> bool:
+def read_plant(
+    ports: dict[str, InputPort], context: Context
+) -> tuple[list[SpatialForce], Array | None]:
+    """Returns the plant's reaction forces, and its [q; v] if there is a path to a tool.
+
+    Args:
+        ports: of a system, see `declare_plant_ports`.
+        context: of the system.
+    """
+    state = ports.get("state")
+    return ports["reaction_forces"].Eval(context), None if state is None else state.Eval(context)
+
+
+def _moves_as_the_plant(sensor: WristSensor) -> bool:
     """Whether the inertial load of a sensor's tool is that of the plant's motion."""
     return sensor.config.inertial_load == "plant"
 
@@ -124,7 +137,7 @@ class WristSensing:
         self._bias = np.asarray(config.bias, dtype=float)
         self._noisy = bool(self._noise.any())
         self._erroneous = self._noisy or bool(self._bias.any())
-        self._of_plant = needs_velocities(sensor)
+        self._of_plant = _moves_as_the_plant(sensor)
         self.follows = config.inertial_load == "reference"
         self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
         self._gain = filter_gain(config.filter_cutoff, config.period)
