@@ -1,1 +1,1 @@
-"""The cell and one file per kind of set-up, installed as `geoimp_drake.diagrams`."""
+"""Scene, set-ups and experiments, installed as `geoimp_drake.diagrams`."""

@@ -13,22 +13,22 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from geoimp_drake.config import ImpedanceControllerConfig
-    from geoimp_drake.controllers import make_impedance_controller
-    from geoimp_drake.cooperative_config import CooperativeControllerConfig
-    from geoimp_drake.cooperative_controller import make_cooperative_controller
-    from geoimp_drake.log_data import load_log
-    from geoimp_drake.robot_files.loading import load_robot
-    from geoimp_drake.robot_files.posture import find_start_posture
-    from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
-    from geoimp_drake.systems.industrial_controller import make_industrial_controller
-    from geoimp_drake.systems.wrist_sensor_config import ToolLoad, WristSensorConfig
-    from geoimp_drake.wrist_sensor import (
+    from geoimp_drake.arm.start_posture import find_start_posture
+    from geoimp_drake.controllers.config import ImpedanceControllerConfig
+    from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
+    from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
+    from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+    from geoimp_drake.controllers.wrist_sensor import (
         add_wrist_sensor,
         add_wrist_sensors,
         connect_wrist_sensors,
         wrist_sensor_at,
     )
+    from geoimp_drake.robot_files.loading import load_robot
+    from geoimp_drake.simulation.log_data import load_log
+    from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
+    from geoimp_drake.systems.sensing.wrist_sensor_config import ToolLoad, WristSensorConfig
+    from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 __version__ = "0.1.0"
 
@@ -54,22 +54,22 @@ __all__ = [
 
 # Each is imported when it is asked for: the command line starts without Drake.
 _MODULES = {
-    "CooperativeControllerConfig": "cooperative_config",
-    "DesiredMotion": "systems.desired_motion",
-    "ImpedanceControllerConfig": "config",
-    "MotionSegment": "systems.desired_motion",
-    "ToolLoad": "systems.wrist_sensor_config",
-    "WristSensorConfig": "systems.wrist_sensor_config",
-    "add_wrist_sensor": "wrist_sensor",
-    "add_wrist_sensors": "wrist_sensor",
-    "connect_wrist_sensors": "wrist_sensor",
-    "find_start_posture": "robot_files.posture",
-    "load_log": "log_data",
+    "CooperativeControllerConfig": "controllers.cooperative_config",
+    "DesiredMotion": "systems.sources.desired_motion",
+    "ImpedanceControllerConfig": "controllers.config",
+    "MotionSegment": "systems.sources.desired_motion",
+    "ToolLoad": "systems.sensing.wrist_sensor_config",
+    "WristSensorConfig": "systems.sensing.wrist_sensor_config",
+    "add_wrist_sensor": "controllers.wrist_sensor",
+    "add_wrist_sensors": "controllers.wrist_sensor",
+    "connect_wrist_sensors": "controllers.wrist_sensor",
+    "find_start_posture": "arm.start_posture",
+    "load_log": "simulation.log_data",
     "load_robot": "robot_files.loading",
-    "make_cooperative_controller": "cooperative_controller",
-    "make_impedance_controller": "controllers",
-    "make_industrial_controller": "systems.industrial_controller",
-    "wrist_sensor_at": "wrist_sensor",
+    "make_cooperative_controller": "controllers.cooperative_controller",
+    "make_impedance_controller": "controllers.impedance_controller",
+    "make_industrial_controller": "systems.arm.industrial_controller",
+    "wrist_sensor_at": "controllers.wrist_sensor",
 }
 
 

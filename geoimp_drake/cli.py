@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.allocator import restart_with_settings
 from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.simulation.allocator import restart_with_settings
 
 __all__ = ["main", "program"]
 
@@ -219,7 +219,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _named_in(file: Path | None) -> str:
     """Returns the experiment that a scenario file names."""
-    from geoimp_drake.scenario import read_yaml
+    from geoimp_drake.scenario.loading import read_yaml
 
     if file is None:
         raise ConfigurationError(
@@ -236,7 +236,7 @@ def _named_in(file: Path | None) -> str:
 
 def _init(options: argparse.Namespace) -> int:
     from geoimp_drake.diagrams.experiments.catalogue import OWN, get_experiment
-    from geoimp_drake.scenario_template import write_template
+    from geoimp_drake.scenario.template import write_template
 
     base = get_experiment(options.base)
     write_template(options.file, base, OWN[base.setup].name)
@@ -245,10 +245,10 @@ def _init(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
+    from geoimp_drake.campaigns.compare import compare_families
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
     from geoimp_drake.diagrams.experiments.comparisons import CHAPTER_FAMILIES, COMPARISONS
     from geoimp_drake.simulation.claims import format_claims
-    from geoimp_drake.simulation.compare import compare_families
 
     experiment = get_experiment(options.experiment)
     claims, across, files, failures = compare_families(
@@ -267,9 +267,9 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    from geoimp_drake.campaigns.sweep import format_sweep, run_sweep
+    from geoimp_drake.campaigns.sweep_plan import SweepPlan
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-    from geoimp_drake.simulation.sweep import format_sweep, run_sweep
-    from geoimp_drake.simulation.sweep_plan import SweepPlan
 
     experiment = get_experiment(options.experiment)
     out = options.out or Path("results") / f"sweep-{experiment.name}"
@@ -288,10 +288,10 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _reproduce(options: argparse.Namespace) -> int:
+    from geoimp_drake.campaigns.report import REPORT
+    from geoimp_drake.campaigns.reproduce import reproduce
+    from geoimp_drake.campaigns.reproduction import format_reproduction
     from geoimp_drake.diagrams.experiments.reproduction import studies
-    from geoimp_drake.simulation.report import REPORT
-    from geoimp_drake.simulation.reproduce import reproduce
-    from geoimp_drake.simulation.reproduction import format_reproduction
 
     out = options.out or Path("results") / "reproduce"
     reproduction = reproduce(
@@ -310,7 +310,7 @@ def _scenario(
     experiment: Any, options: argparse.Namespace, orientation: str | None, seed: int | None
 ) -> Any:
     """Returns the experiment's scenario with the file and the options laid over it."""
-    from geoimp_drake.scenario import read_layer
+    from geoimp_drake.scenario.loading import read_layer
 
     layers = (read_layer(options.scenario),) if options.scenario else ()
     shorthands = {

@@ -11,7 +11,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     orientation_displacement,
     quaternion_error,
 )
-from geoimp_drake.diagrams.tight import ARMS, OBJECT, TightScenario
+from geoimp_drake.diagrams.setups.tight import ARMS, OBJECT, TightScenario
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.simulation.claims import (
     Claim,
@@ -22,8 +22,8 @@ from geoimp_drake.simulation.claims import (
     within,
 )
 from geoimp_drake.simulation.figures import interaction_figure
-from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.frame_motion import LINEAR_VELOCITY, POSITION, QUATERNION
+from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
 __all__ = ["claims", "contact_stiffness", "figures", "internal_wrench", "sweep_figures"]

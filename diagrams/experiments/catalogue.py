@@ -56,14 +56,14 @@ class Experiment:
     def schema(self) -> type[Any]:
         """The scenario's dataclass."""
         module, scenario, _ = _SETUPS[self.setup]
-        schema: type[Any] = resolve_name(f"{_DIAGRAMS}.{module}:{scenario}")
+        schema: type[Any] = resolve_name(f"{_DIAGRAMS}.setups.{module}:{scenario}")
         return schema
 
     @property
     def build(self) -> Callable[..., Any]:
         """Makes the set-up of a scenario, with a Meshcat or without."""
         module, _, builder = _SETUPS[self.setup]
-        build: Callable[..., Any] = resolve_name(f"{_DIAGRAMS}.{module}:{builder}")
+        build: Callable[..., Any] = resolve_name(f"{_DIAGRAMS}.setups.{module}:{builder}")
         return build
 
     @property
@@ -97,13 +97,13 @@ class Experiment:
         Raises:
             ConfigurationError: a key or value cannot be used; the message names it.
         """
-        from geoimp_drake.scenario import load_scenario
+        from geoimp_drake.scenario.loading import load_scenario
 
         return load_scenario(self.schema, (self.defaults(), *layers), overrides)
 
     def defaults(self) -> dict[str, Any]:
         """Returns the data of the experiment's own scenario file, if there is one."""
-        from geoimp_drake.scenario import read_yaml
+        from geoimp_drake.scenario.loading import read_yaml
 
         file = _FOLDER / f"{self.name}.yaml"
         return read_yaml(file) if file.exists() else {}

@@ -9,11 +9,11 @@ from geoimp_drake.diagrams.experiments.measures import (
     misalignment,
     quaternion_error,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
-from geoimp_drake.systems.desired_motion import phases_of
-from geoimp_drake.systems.external_wrench import WrenchRamp
+from geoimp_drake.systems.sources.desired_motion import phases_of
+from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
 
 __all__ = [

@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.comparisons import Comparison
 from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact
 from geoimp_drake.diagrams.experiments.redundancy import task_value
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
-from geoimp_drake.systems.desired_motion import phases_of
+from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
 __all__ = ["CONTRASTS"]

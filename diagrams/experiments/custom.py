@@ -19,7 +19,7 @@ from geoimp_drake.simulation.claims import (
     phase_reached,
 )
 from geoimp_drake.simulation.figures import interaction_figure
-from geoimp_drake.systems.desired_motion import phases_of
+from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "figures"]
 

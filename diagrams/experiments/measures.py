@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoimp_drake.config import ImpedanceConfig
-from geoimp_drake.laws.orientation_impedance import OrientationImpedance
+from geoimp_drake.controllers.config import ImpedanceConfig
+from geoimp_drake.laws.impedance.orientation_impedance import OrientationImpedance
 from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.simulation.claims import phase_reached
-from geoimp_drake.systems.desired_motion import MotionSegment
 from geoimp_drake.systems.frame_motion import QUATERNION
+from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.typing import Array
 
 __all__ = [

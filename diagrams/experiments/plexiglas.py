@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     moment_spring_error,
     orientation_displacement,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
 from geoimp_drake.simulation.claims import (
     Claim,
     at_least,
@@ -21,8 +21,8 @@ from geoimp_drake.simulation.claims import (
     within,
 )
 from geoimp_drake.simulation.figures import interaction_figure
-from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.frame_motion import POSITION
+from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
 __all__ = ["claims", "figures"]

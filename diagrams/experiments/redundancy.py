@@ -3,14 +3,14 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.diagrams.cell import joint_names
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
     orientation_displacement,
     quaternion_error,
 )
-from geoimp_drake.diagrams.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.scene.cell import joint_names
+from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
 from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.simulation.claims import (
     Claim,
@@ -19,8 +19,8 @@ from geoimp_drake.simulation.claims import (
     phase_reached,
 )
 from geoimp_drake.simulation.figures import interaction_figure, panels_figure
-from geoimp_drake.systems.desired_motion import phases_of
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
+from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
 __all__ = ["claims", "figures", "task_value"]

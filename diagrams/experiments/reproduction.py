@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
-from geoimp_drake.scenario import read_yaml
-from geoimp_drake.simulation.study import Study, Variant
+from geoimp_drake.scenario.loading import read_yaml
 
 __all__ = ["studies"]
 

@@ -45,8 +45,11 @@ def _modules(name: str, left_out: list[str]) -> list[str]:
     """Returns the public modules of a package, itself included, or the one module."""
     module = import_module(name)
     path = getattr(module, "__path__", None)
-    inner = [part for part in iter_modules(path) if not part.ispkg] if path else []
-    names = [name, *(f"{name}.{part.name}" for part in inner)]
+    inner = list(iter_modules(path)) if path else []
+    names = [name, *(f"{name}.{part.name}" for part in inner if not part.ispkg)]
+    # Of the library itself, each package has a page of its own.
+    for part in inner if name != _LIBRARY else ():
+        names += _modules(f"{name}.{part.name}", left_out) if part.ispkg else []
     return [n for n in names if n not in left_out and not n.rpartition(".")[2].startswith("_")]
 
 

@@ -1,7 +1,8 @@
 """The motion of a frame along a line while it turns about a fixed axis, from rest to rest."""
 
-from geoimp_drake.compiled import compilable
-from geoimp_drake.laws.motion_vector import (
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.laws.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
     FRAME_MOTION_SIZE,
@@ -12,7 +13,6 @@ from geoimp_drake.laws.motion_vector import (
 )
 from geoimp_drake.laws.smooth_rest import smooth_step
 from geoimp_drake.rotations.quaternion import exp, product
-from geoimp_drake.small_arrays import sized
 from geoimp_drake.typing import Array
 
 __all__ = ["motion_from_rest"]

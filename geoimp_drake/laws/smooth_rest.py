@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.typing import Array
 
 __all__ = ["smooth_step", "stopped"]

@@ -14,7 +14,7 @@ from pydrake.trajectories import (
     Trajectory,
 )
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.motion_program.postures import ArmPostures
 from geoimp_drake.motion_program.program import (

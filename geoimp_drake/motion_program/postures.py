@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.solvers import SnoptSolver, Solve, SolverOptions
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmPostures"]

@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, WeldJoint
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.assembly import ArmAssembly
 from geoimp_drake.robot_files.description import Description, read_description

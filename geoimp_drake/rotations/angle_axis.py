@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import matrix
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError
 from geoimp_drake.rotations.components import wxyz
 from geoimp_drake.rotations.quaternion import angle_over_sine
-from geoimp_drake.small_arrays import matrix
 from geoimp_drake.typing import Array
 
 __all__ = [

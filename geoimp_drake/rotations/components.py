@@ -6,8 +6,8 @@ run every millisecond. Compiled, the entries are read where they are.
 
 from typing import Any
 
-from geoimp_drake.compiled import compilable_as
-from geoimp_drake.small_arrays import Row
+from geoimp_drake.compilation.compiled import compilable_as
+from geoimp_drake.compilation.small_arrays import Row
 from geoimp_drake.typing import Array
 
 __all__ = ["rows", "wxyz", "xyz"]

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import matrix, vector
 from geoimp_drake.errors import SingularityError
 from geoimp_drake.rotations.components import rows, xyz
-from geoimp_drake.small_arrays import matrix, vector
 from geoimp_drake.typing import Array
 
 __all__ = [

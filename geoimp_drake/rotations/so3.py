@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import matrix, vector
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.rotations.components import xyz
-from geoimp_drake.small_arrays import matrix, vector
 from geoimp_drake.typing import Array
 
 __all__ = [

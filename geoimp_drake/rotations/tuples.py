@@ -5,9 +5,9 @@ Compiled they cost nothing, where a small array is allocated and counted. Floats
 
 import math
 
-from geoimp_drake.compiled import compilable
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import Row
 from geoimp_drake.rotations.components import rows, xyz
-from geoimp_drake.small_arrays import Row
 from geoimp_drake.typing import Array
 
 __all__ = [

@@ -14,12 +14,12 @@ from pydrake.systems.controllers import InverseDynamicsController
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.garbage import only_new_garbage
-from geoimp_drake.systems.arm_control import ArmControl
-from geoimp_drake.systems.arm_model import ArmModel
-from geoimp_drake.systems.cooperative_control import CooperativeControl
+from geoimp_drake.systems.arm.arm_control import ArmControl
+from geoimp_drake.systems.arm.arm_model import ArmModel
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from geoimp_drake.typing import Array
 
 __all__ = [

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geoimp_drake.errors import ConfigurationError, GeoimpError
-from geoimp_drake.scenario import dump_scenario
+from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.live import pause_button
 from geoimp_drake.simulation.replay import start_meshcat, write_replay

@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector
 
 from geoimp_drake.errors import SignalError
-from geoimp_drake.laws.motion_vector import (
+from geoimp_drake.laws.frame_motion import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,

@@ -13,16 +13,16 @@ from pydrake.systems.framework import (
     State,
 )
 
-from geoimp_drake.compiled import compiled
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError, SignalError
-from geoimp_drake.laws import coupled_stiffness, translational_impedance
-from geoimp_drake.laws.compliant_motion import (
+from geoimp_drake.laws.impedance import coupled_stiffness, translational_impedance
+from geoimp_drake.laws.impedance.compliant_motion import (
     compliant_motion,
     frame_state_rate,
     has_diverged,
 )
-from geoimp_drake.laws.families import OrientationImpedance
-from geoimp_drake.laws.orientation_impedance import overrides
+from geoimp_drake.laws.impedance.families import OrientationImpedance
+from geoimp_drake.laws.impedance.orientation_impedance import overrides
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.declaring import tickets_of

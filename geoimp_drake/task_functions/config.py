@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 from geoimp_drake.task_functions.joint_target import JointTarget

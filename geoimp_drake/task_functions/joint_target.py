@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoimp_drake.compiled import compiled
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.joint_target import joint_target
+from geoimp_drake.laws.redundancy.joint_target import joint_target
 from geoimp_drake.task_functions.task_function import Instant, TaskValue, joint_index
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from geoimp_drake.errors import SingularityError
-from geoimp_drake.laws.geometric_jacobian import jacobian_adjoint, jacobian_rate
+from geoimp_drake.laws.redundancy.geometric_jacobian import jacobian_adjoint, jacobian_rate
 from geoimp_drake.task_functions.task_function import Instant, TaskValue
 
 __all__ = ["Manipulability"]

@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.geometric_jacobian import jacobian_rate
+from geoimp_drake.laws.redundancy.geometric_jacobian import jacobian_rate
 from geoimp_drake.task_functions.task_function import Instant, TaskValue
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, unknown_name

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from pydrake.systems.framework import Context
 
-from geoimp_drake.control_model import ControlModel
-from geoimp_drake.systems.arm_model import ArmState
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import unknown_name
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.task_functions.task_function import Instant, TaskValue
 from geoimp_drake.typing import Array

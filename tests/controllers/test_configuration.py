@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arms import make_arm_plant
 
-from geoimp_drake.config import (
+from geoimp_drake.controllers.config import (
     ImpedanceConfig,
     ImpedanceControllerConfig,
     MotionConfig,
@@ -15,7 +15,7 @@ from geoimp_drake.config import (
     SamplingConfig,
     TranslationGains,
 )
-from geoimp_drake.controllers import make_impedance_controller
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.validation import (
     choice,

@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import PortDataType
 from rigs import K_O, K_P, make_controlled_arm, quick_config
 
-from geoimp_drake.controllers import make_impedance_controller
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.rotations import so3
 

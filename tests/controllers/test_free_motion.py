@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-from geoimp_drake.diagrams.single_arm import SingleArmScenario, build_single_arm
+from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario, build_single_arm
 from geoimp_drake.models import dh_to_joint
-from geoimp_drake.systems.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.desired_motion import MotionSegment
 
 # The way of the first case, down 0.18 m, but in 1.5 s instead of the first part of 7 s: its
 # greatest acceleration is fifteen times that of the case's free part.

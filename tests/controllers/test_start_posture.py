@@ -5,10 +5,10 @@ import pytest
 from arms import make_arm_plant
 from scipy.optimize import minimize
 
-from geoimp_drake.control_model import ControlModel
-from geoimp_drake.diagrams.posture import StartConfig, start_posture
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.state import evaluate_arm
+from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
 from geoimp_drake.errors import ConfigurationError, SingularityError
-from geoimp_drake.systems.arm_model import evaluate_arm
 
 
 def arm_model() -> tuple[ControlModel, np.ndarray, object]:

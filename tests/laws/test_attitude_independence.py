@@ -14,7 +14,7 @@ from law_numerics import (
     rate_of_change,
 )
 
-from geoimp_drake.laws.families import make_family
+from geoimp_drake.laws.impedance.families import make_family
 from geoimp_drake.rotations import quaternion
 
 independent_families = pytest.mark.parametrize("name", INDEPENDENT_OF_ATTITUDE)

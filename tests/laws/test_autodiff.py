@@ -12,11 +12,11 @@ from law_numerics import (
 )
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
-from geoimp_drake.laws import coupled_stiffness, translational_impedance
-from geoimp_drake.laws.families import FAMILIES
-from geoimp_drake.laws.inverse_dynamics import inverse_dynamics
-from geoimp_drake.laws.orientation_control import orientation_law
-from geoimp_drake.laws.position_control import position_acceleration
+from geoimp_drake.laws.impedance import coupled_stiffness, translational_impedance
+from geoimp_drake.laws.impedance.families import FAMILIES
+from geoimp_drake.laws.motion_control.inverse_dynamics import inverse_dynamics
+from geoimp_drake.laws.motion_control.orientation_control import orientation_law
+from geoimp_drake.laws.motion_control.position_control import position_acceleration
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 

@@ -15,12 +15,12 @@ from law_numerics import (
 )
 from scipy.spatial.transform import Rotation
 
-from geoimp_drake.laws import angle_axis_impedance, compliant_rotation
-from geoimp_drake.laws.inverse_dynamics import inverse_dynamics
-from geoimp_drake.laws.orientation_control import orientation_law
-from geoimp_drake.laws.position_control import position_acceleration
-from geoimp_drake.laws.quaternion_control import orientation_error
-from geoimp_drake.laws.resolved_acceleration import resolved_acceleration
+from geoimp_drake.laws.impedance import angle_axis_impedance, compliant_rotation
+from geoimp_drake.laws.motion_control.inverse_dynamics import inverse_dynamics
+from geoimp_drake.laws.motion_control.orientation_control import orientation_law
+from geoimp_drake.laws.motion_control.position_control import position_acceleration
+from geoimp_drake.laws.motion_control.quaternion_control import orientation_error
+from geoimp_drake.laws.motion_control.resolved_acceleration import resolved_acceleration
 from geoimp_drake.rotations import euler, quaternion
 
 K_D, K_P = 13.0 * np.eye(3), 40.0 * np.eye(3)

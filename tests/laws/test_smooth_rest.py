@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geoimp_drake.compiled import compiled
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.smooth_rest import smooth_step
 
 DURATION = 2.5

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame
 
-from geoimp_drake.diagrams.cell import END_EFFECTOR, SEVEN, add_cell
+from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, add_cell
 from geoimp_drake.errors import ConfigurationError, SingularityError
 from geoimp_drake.motion_program import straight_line
 from geoimp_drake.motion_program.plan import PlanConfig, ProgramSegment, plan

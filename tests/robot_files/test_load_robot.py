@@ -14,7 +14,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 import geoimp_drake
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot

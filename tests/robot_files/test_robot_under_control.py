@@ -11,8 +11,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 import geoimp_drake
-from geoimp_drake.config import ImpedanceConfig
-from geoimp_drake.control_model import ControlModel
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.config import ImpedanceConfig
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 
 K_P = np.array([[900.0, 150.0, 0.0], [150.0, 700.0, 80.0], [0.0, 80.0, 1100.0]])

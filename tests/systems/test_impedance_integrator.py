@@ -20,9 +20,8 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.analysis import Simulator
 
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError, SignalError
-from geoimp_drake.laws.families import FAMILIES, make_family
+from geoimp_drake.laws.impedance.families import FAMILIES, make_family
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.desired_motion import DesiredMotion, MotionSegment
 from geoimp_drake.systems.frame_motion import (
     ACCELERATION,
     ANGULAR_VELOCITY,
@@ -34,6 +33,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_at_rest,
 )
 from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy, ImpedanceIntegrator
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 WRENCH = np.array([0.8, -1.2, 0.5, 20.0, -35.0, 15.0])
 MOVES = [MotionSegment(1.0, np.array([0.2, -0.1, 0.15]), np.array([0.5, -0.9, 0.7]))]

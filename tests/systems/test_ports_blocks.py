@@ -18,50 +18,55 @@ from pydrake.systems.framework import LeafSystem, PortDataType, System
 from pydrake.trajectories import PiecewisePolynomial
 
 import geoimp_drake
-from geoimp_drake.config import MotionConfig, RedundancyConfig, SamplingConfig
-from geoimp_drake.control_model import ControlModel
-from geoimp_drake.controllers import make_impedance_controller
-from geoimp_drake.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.cooperative_controller import make_cooperative_controller
-from geoimp_drake.diagrams.cell import END_EFFECTOR, FLANGE, SIX, add_cell
-from geoimp_drake.inner_loop import arm_blocks
-from geoimp_drake.kinematic_tree import path_to
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.kinematic_tree import path_to
+from geoimp_drake.controllers.config import MotionConfig, RedundancyConfig, SamplingConfig
+from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
+from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.inner_loop import arm_blocks
+from geoimp_drake.controllers.object_loop import object_blocks
+from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.models import package_map
-from geoimp_drake.object_loop import object_blocks
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
-from geoimp_drake.systems.arm_control import ArmControl
-from geoimp_drake.systems.arm_model import ArmModel
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.cooperative_control import CooperativeControl
-from geoimp_drake.systems.cooperative_kinematics import CooperativeKinematics
-from geoimp_drake.systems.cooperative_reference_generator import CooperativeReferenceGenerator
-from geoimp_drake.systems.desired_motion import DesiredMotion
-from geoimp_drake.systems.external_wrench import ExternalWrench, WrenchRamp
-from geoimp_drake.systems.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.frame_motion_sensor import FrameMotionSensor
-from geoimp_drake.systems.grasp_monitor import GraspMonitor
-from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
-from geoimp_drake.systems.industrial_controller import (
+from geoimp_drake.systems.arm.arm_control import ArmControl
+from geoimp_drake.systems.arm.arm_model import ArmModel
+from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialController,
     make_industrial_controller,
 )
-from geoimp_drake.systems.internal_impedance import InternalImpedance, InternalImpedanceConfig
-from geoimp_drake.systems.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.arm.motion_controller import MotionController
+from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
+from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
+from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
+from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
+    CooperativeReferenceGenerator,
+)
+from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor
+from geoimp_drake.systems.cooperation.internal_impedance import (
+    InternalImpedance,
+    InternalImpedanceConfig,
+)
+from geoimp_drake.systems.cooperation.object_control import ObjectControl
+from geoimp_drake.systems.cooperation.object_control_base import ObjectControlBase
+from geoimp_drake.systems.cooperation.reference_hold import ReferenceHold
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
-from geoimp_drake.systems.motion_controller import MotionController
-from geoimp_drake.systems.object_control import ObjectControl
-from geoimp_drake.systems.object_control_base import ObjectControlBase
-from geoimp_drake.systems.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.reference_hold import ReferenceHold
-from geoimp_drake.systems.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.wrist_sensor_config import (
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
+from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.systems.sensing.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensor,
     WristSensorConfig,
 )
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 
 Port = tuple[str, str, str | None]  # direction, name, size as printed
 

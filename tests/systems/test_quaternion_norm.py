@@ -15,7 +15,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from geoimp_drake.laws.families import QuaternionImpedance
+from geoimp_drake.laws.impedance.families import QuaternionImpedance
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 
 STEP = 1e-3

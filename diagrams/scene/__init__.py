@@ -1,0 +1,1 @@
+"""What stands in the cell: arms, surfaces, bar, peg and hole."""

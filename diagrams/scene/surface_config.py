@@ -1,0 +1,124 @@
+"""What a surface is made of, and the three surfaces of the chapter's experiments."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geoimp_drake.diagrams.scene.surface_looks import APPEARANCES
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+
+__all__ = [
+    "DISK_RADIUS",
+    "SURFACES",
+    "SurfaceConfig",
+    "cardboard",
+    "check_number",
+    "plexiglas",
+    "stiff_plexiglas",
+]
+
+DISK_RADIUS = 0.055  # [m]; the stiffnesses of SURFACES are calibrated for it
+
+
+@dataclass
+class SurfaceConfig:
+    """A compliant layer on a plate on a compliant mount; the defaults are plexiglas.
+
+    See instead: `geoimp_drake.diagrams.scene.press.press_test`, which measures what a disk feels.
+    """
+
+    name: str = "plexiglas"  # of the model instance
+    size: np.ndarray = field(default_factory=lambda: np.array([0.4, 0.4, 0.04]))  # [m] x, y, z of S
+    # [m] x, y of the plate's middle in S. Its mesh is cut along the diagonals of the front: a disk
+    # beside them makes a quarter of the faces and costs half.
+    centre: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.11]))
+    layer_stiffness: float = 6e4  # k_h [N/m] under the whole disk
+    relaxation_time: float = 0.005  # [s] damping over stiffness of the layer
+    mount_stiffness: float = 12363.0  # [N/m] along every axis
+    mount_damping: float = 156.0  # [Ns/m]
+    mount_tilt_stiffness: float = 66.9  # [Nm/rad] about every axis
+    mount_tilt_damping: float = 1.33  # [Nms/rad]
+    plate_mass: float = 1.0  # [kg]
+    friction: float = 0.3  # [-] Coulomb's μ, static and dynamic; give the disk the same
+    resolution_hint: float = 0.05  # [m] edge length of the layer's mesh
+    appearance: str = "sheet"  # one of APPEARANCES
+    color: np.ndarray = field(default_factory=lambda: np.array([0.62, 0.84, 0.95, 0.35]))  # rgba
+    stand: bool = True  # draw a column from the floor z = 0 to the mount
+
+    def validate(self) -> None:
+        """Raises ConfigurationError with the first number that cannot be used."""
+        _check_array("surface.size", self.size, 3, (1e-3, 10.0))
+        _check_array("surface.centre", self.centre, 2, (-10.0, 10.0))
+        _check_array("surface.color", self.color, 4, (0.0, 1.0))
+        for name in _POSITIVE:
+            check_number(f"surface.{name}", getattr(self, name), np.finfo(float).tiny)
+        for name in _NON_NEGATIVE:
+            check_number(f"surface.{name}", getattr(self, name), 0.0)
+        if self.appearance not in APPEARANCES:
+            raise ConfigurationError(
+                f"surface.appearance is {self.appearance!r}: choose from {', '.join(APPEARANCES)}."
+            )
+
+
+_POSITIVE = (
+    "layer_stiffness",
+    "mount_stiffness",
+    "mount_tilt_stiffness",
+    "plate_mass",
+    "resolution_hint",
+)
+_NON_NEGATIVE = ("relaxation_time", "mount_damping", "mount_tilt_damping", "friction")
+
+
+def plexiglas() -> SurfaceConfig:
+    """A sheet of 10⁴ N/m and 20 Nm/rad whose layer and mount both yield."""
+    return SurfaceConfig()
+
+
+def stiff_plexiglas() -> SurfaceConfig:
+    """A sheet of 10⁴ N/m and 20 Nm/rad that yields nearly in its mount alone.
+
+    The edge of a tilted disk sinks in less than into `plexiglas`, so it loads the wrist sooner.
+    """
+    return SurfaceConfig(
+        name="plexiglas-stiff",
+        layer_stiffness=1e6,
+        mount_stiffness=10116.0,
+        mount_damping=141.0,
+        mount_tilt_stiffness=20.88,
+        mount_tilt_damping=0.74,
+    )
+
+
+def cardboard() -> SurfaceConfig:
+    """The side of a carton, 5000 N/m and 15 Nm/rad."""
+    return SurfaceConfig(
+        name="cardboard",
+        layer_stiffness=4e4,
+        mount_stiffness=5848.0,
+        mount_damping=107.0,
+        mount_tilt_stiffness=71.1,
+        mount_tilt_damping=1.39,
+        appearance="carton",
+        color=np.array([0.76, 0.60, 0.42, 1.0]),
+    )
+
+
+SURFACES = {config.name: config for config in (plexiglas(), stiff_plexiglas(), cardboard())}
+
+
+def check_number(name: str, value: float, low: float) -> None:
+    """Raises ConfigurationError unless `value` is finite and at least `low`."""
+    if not (np.isfinite(value) and value >= low):
+        bound = "positive" if low > 0 else "zero or positive"
+        raise ConfigurationError(f"{name} is {value}: give a finite number, {bound}.")
+
+
+def _check_array(name: str, value: Array, n: int, bounds: tuple[float, float]) -> None:
+    array = np.asarray(value, dtype=float)
+    low, high = bounds
+    if array.shape != (n,) or not np.all((array >= low) & (array <= high)):
+        raise ConfigurationError(
+            f"{name} is {array.tolist()}: give {n} numbers from {low:g} to {high:g}."
+        )

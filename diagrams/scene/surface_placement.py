@@ -1,0 +1,54 @@
+"""Where a surface stands in a scenario, and whether a disk is clear of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from geoimp_drake.diagrams.scene.surface import DISK_RADIUS, SurfaceConfig
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector
+
+__all__ = ["SurfacePlacement", "check_clear"]
+
+
+@dataclass
+class SurfacePlacement:
+    """A surface and where it stands."""
+
+    point: Array = field(default_factory=lambda: np.array([0.9, 0.0, 0.52]))  # in W [m]
+    normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # outward, in W
+    properties: SurfaceConfig = field(default_factory=SurfaceConfig)
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        finite_vector(self.point, "surface.point", 3)
+        normal = finite_vector(self.normal, "surface.normal", 3)
+        if np.linalg.norm(normal) < 1e-6:
+            raise ConfigurationError(
+                "surface.normal is zero; give the direction out of the surface."
+            )
+        self.properties.validate()
+
+    def pose(self) -> RigidTransform:
+        """Returns X_WS: z along the normal, origin at the point."""
+        z = np.asarray(self.normal, dtype=float)
+        return RigidTransform(RotationMatrix.MakeFromOneVector(z, 2), self.point)
+
+
+def check_clear(
+    X_WD: RigidTransform, plane: Array, start: str, radius: float = DISK_RADIUS
+) -> None:
+    """Raises ConfigurationError if a disk at X_WD reaches into the surface.
+
+    `start` is the key that would move the disk.
+    """
+    n, offset = plane[:3], plane[3]
+    tilt = n @ X_WD.rotation().matrix()[:, 2]
+    lowest = n @ X_WD.translation() - offset - radius * np.sqrt(max(0.0, 1.0 - tilt * tilt))
+    if lowest < 0:
+        raise ConfigurationError(
+            f"The disk starts {-lowest * 1e3:.1f} mm inside the surface; move {start} away "
+            f"from it or surface.point back by at least that much."
+        )

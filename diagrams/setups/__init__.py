@@ -1,0 +1,1 @@
+"""One file a kind of set-up, and what they share."""

@@ -1,0 +1,44 @@
+"""What the log has of one arm."""
+
+from collections.abc import Mapping
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from geoimp_drake.arm.kinematic_tree import path_to
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
+
+__all__ = ["record_arm", "true_motion"]
+
+
+def record_arm(
+    recorder: Recorder, plant: MultibodyPlant, arm: str, ports: Mapping[str, OutputPort]
+) -> None:
+    """Logs the joints of an arm, and further ports, under the arm's name.
+
+    Args:
+        recorder: of the diagram under construction.
+        plant: contains the model instance `arm`.
+        arm: its name, in the plant and in the log.
+        ports: by the log's keys: u, motion_E, wrench and the like.
+    """
+    instance = plant.GetModelInstanceByName(arm)
+    n = plant.num_positions(instance)
+    state = plant.get_state_output_port(instance)
+    recorder.record(f"{arm}/q", state, slice(0, n))
+    recorder.record(f"{arm}/v", state, slice(n, None))
+    for key, port in ports.items():
+        recorder.record(f"{arm}/{key}", port)
+
+
+def true_motion(
+    builder: DiagramBuilder, plant: MultibodyPlant, frame: Frame, name: str
+) -> OutputPort:
+    """Adds a system `name` that reads the motion of a frame from the plant; returns its port."""
+    sensor = builder.AddNamedSystem(name, FrameMotionSensor(frame, path_to(plant, frame)))
+    for k in range(sensor.num_input_ports()):
+        port = sensor.get_input_port(k)
+        builder.Connect(plant.GetOutputPort(port.get_name()), port)
+    return sensor.GetOutputPort("motion")

@@ -1,0 +1,101 @@
+"""An arm of the cell under six-DOF impedance control, connected and logged.
+
+```
+ desired_motion ──▶ controller ──actuation──▶ plant: arm ═ sensor ═ what the hand holds
+                     ▲      ▲                  │ │
+                     │      └── state ─────────┘ │
+                     └── wrench ── wrist sensor ◀┘ reaction forces
+```
+"""
+
+from dataclasses import dataclass
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, Joint
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
+from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
+
+__all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
+
+
+@dataclass
+class CompliantArm:
+    """What `add_compliant_arm` put into a diagram."""
+
+    name: str  # of the arm, in plant and log
+    end_effector: Frame
+    desired_motion: OutputPort
+    controller: Diagram
+    sensor: ForceTorqueSensor
+
+    def record(self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant) -> None:
+        """Logs what the log contract names."""
+        ports = {
+            "u": self.controller.GetOutputPort("actuation"),
+            "motion_E": true_motion(builder, plant, self.end_effector, "motion_of_E"),
+            "motion_D": self.desired_motion,
+            "motion_C": self.controller.GetOutputPort("compliant_motion"),
+            "wrench": self.sensor.GetOutputPort("wrench"),
+            "wrench_true": self.sensor.GetOutputPort("wrench_true"),
+        }
+        record_arm(recorder, plant, self.name, ports)
+
+    def frames(self, recorder: Recorder) -> dict[str, OutputPort]:
+        """Returns the motions of D, C and E, to be drawn, from where they are logged."""
+        return {name: recorder.port(f"{self.name}/motion_{name}") for name in "DCE"}
+
+
+def add_compliant_arm(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    arm: str,
+    E: Frame,
+    sensor_joint: Joint,
+    desired_motion: OutputPort,
+    settings: RunSettings,
+) -> CompliantArm:
+    """Adds impedance controller and wrist sensor of one arm, connected to the plant.
+
+    Args:
+        builder: holds `plant` already.
+        plant: finalized; contains the arm and its sensor.
+        arm: name of its model instance.
+        E: the frame that is made compliant.
+        sensor_joint: the weld that its wrist sensor reads.
+        desired_motion: of D in W (19).
+        settings: gains, sampling, sensor and seed.
+    """
+    instance = plant.GetModelInstanceByName(arm)
+    controller = builder.AddSystem(
+        make_impedance_controller(plant, instance, E, settings.controller())
+    )
+    settings.sensor.seed = settings.seed
+    sensor = add_wrist_sensor(
+        builder, plant, sensor_joint, E, settings.sensor, reference_is_held=True
+    )
+
+    # Desired motion, joint state and wrench go in, torques come out.
+    builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
+    builder.Connect(
+        plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
+    )
+    builder.Connect(sensor.GetOutputPort("wrench"), controller.GetInputPort("wrench"))
+    builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port(instance))
+    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
+    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
+    builder.Connect(
+        controller.GetOutputPort("last_compliant_motion"), sensor.GetInputPort("reference_motion")
+    )
+    return CompliantArm(arm, E, desired_motion, controller, sensor)
+
+
+def sensor_joint_of(plant: MultibodyPlant, arm: str) -> Joint:
+    """Returns the weld that the wrist sensor of one of the cell's arms reads."""
+    return plant.GetJointByName(WRIST_SENSOR, plant.GetModelInstanceByName(f"{arm}_sensor"))

@@ -1,0 +1,362 @@
+"""Loose cooperation: one arm brings a peg by a motion program, the other holds the hole.
+
+The arm with the peg is run by an industrial control unit that knows nothing of forces. The other
+one is compliant about the remote centre of compliance E, a point fixed in its hand.
+
+```
+ program ─▶ industrial controller ◀──▶ plant: arm ═ sensor ═ peg ▷ hole ═ sensor ═ arm
+                                                                 desired motion ─▶ compliant arm
+```
+
+Frames: P at the peg's tip, z out of it; H at the hole's mouth, z out of it; S the hand's mounting
+face behind the wrist sensor, z forward.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, Frame
+from pydrake.systems.framework import DiagramBuilder
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, add_cell
+from geoimp_drake.diagrams.scene.insertion import insertion
+from geoimp_drake.diagrams.scene.peg_hole import PegHoleConfig, add_block, add_peg
+from geoimp_drake.diagrams.scene.rod import add_rod, mounting_face
+from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
+from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
+from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.models.robot_data import TOOL
+from geoimp_drake.motion_program.pdl import read_program
+from geoimp_drake.motion_program.plan import MotionPlan, PlanConfig, plan
+from geoimp_drake.motion_program.taught import TaughtVariable, taught_values
+from geoimp_drake.rotations import euler
+from geoimp_drake.simulation.live import add_live_controls
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.simulation.visualization import add_visualization
+from geoimp_drake.systems.arm.industrial_controller import (
+    IndustrialController,
+    IndustrialControllerConfig,
+    make_industrial_controller,
+)
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, finite_vector, non_negative, positive
+
+__all__ = [
+    "PLANS",
+    "ArmRoles",
+    "LooseScenario",
+    "PlannedInsertion",
+    "ProgramSettings",
+    "TaughtPose",
+    "build_loose",
+]
+
+_ARMS = (SIX, SEVEN)
+PLANS = ("nominal", "misplanned")
+
+
+@dataclass
+class PlannedInsertion:
+    """How far the program pushes, and how wrong it is about where the hole lies."""
+
+    path: float = 0.05  # along the tool's approach axis [m]
+    rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # of the tool about W's axes
+    offset: Array = field(default_factory=lambda: np.zeros(3))  # of the tip, in W [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is the plan's key."""
+        positive(self.path, f"{name}.path", "m")
+        finite_vector(self.rotation_deg, f"{name}.rotation_deg", 3)
+        finite_vector(self.offset, f"{name}.offset", 3)
+
+
+@dataclass
+class TaughtPose:
+    """A pose of the peg's tip, taught with respect to the hole: aligned with it, `offset` away."""
+
+    offset: Array = field(default_factory=lambda: np.zeros(3))  # from H to P, in W [m]
+
+
+@dataclass
+class ProgramSettings:
+    """The motion program, and what has been taught for it."""
+
+    file: str = "insertion.pdl"  # a path, or a file beside the experiments
+    constants: dict[str, float] = field(default_factory=dict)  # in the place of the program's own
+    path_constant: str = "dpt"  # is given the plan's path [mm]
+    poses: dict[str, TaughtPose] = field(default_factory=dict)
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        for name, pose in self.poses.items():
+            finite_vector(pose.offset, f"program.poses.{name}.offset", 3)
+
+    def path(self) -> Path:
+        """Returns where the program is."""
+        beside = Path(__file__).resolve().parents[1] / "experiments" / self.file
+        return beside if beside.exists() else Path(self.file)
+
+
+@dataclass
+class ArmRoles:
+    """What an arm needs to know for either role."""
+
+    hold: StartConfig = field(default_factory=StartConfig)  # of H, if this arm holds the hole
+    start: list[float] = field(default_factory=list)  # posture, if it brings the peg [rad, m]
+    taught: list[TaughtVariable] = field(default_factory=list)  # for the program, if it does
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        self.hold.validate()
+        taught_values(self.taught)
+
+
+@dataclass
+class LooseScenario(RunSettings):
+    """Everything of a run of peg in hole; SI units, degrees and millimetres where it says so."""
+
+    peg_arm: str = SEVEN
+    plan: str = "misplanned"  # or nominal
+    nominal: PlannedInsertion = field(default_factory=PlannedInsertion)
+    misplanned: PlannedInsertion = field(
+        default_factory=lambda: PlannedInsertion(0.09, np.array([2.0, 0.0, 2.0]))
+    )
+    hold: float = 5.0  # after the end of the program [s]
+    program: ProgramSettings = field(default_factory=ProgramSettings)
+    speeds: PlanConfig = field(default_factory=PlanConfig)  # of the program at 100 per cent
+    servo: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
+    peg_hole: PegHoleConfig = field(default_factory=PegHoleConfig)
+    tip: float = 0.155  # of the peg, from S along its z axis [m]
+    mouth: float = 0.165  # of the hole, from S along its z axis [m]
+    # E in S [m]: where the compliant hand is to turn about.
+    remote_centre: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.165]))
+    six: ArmRoles = field(default_factory=ArmRoles)
+    seven: ArmRoles = field(default_factory=ArmRoles)
+    external: WrenchRamp | None = None  # on the block at the hole's mouth, in the axes of H
+
+    @property
+    def compliant(self) -> str:
+        """Name of the arm that holds the hole, in plant and log."""
+        return SIX if self.peg_arm == SEVEN else SEVEN
+
+    def pose_of_mouth(self) -> RigidTransform:
+        """Returns X_SH."""
+        return RigidTransform([0.0, 0.0, self.mouth])
+
+    def planned(self) -> PlannedInsertion:
+        """Returns the plan that is chosen."""
+        plan: PlannedInsertion = getattr(self, self.plan)
+        return plan
+
+    def roles(self, arm: str) -> ArmRoles:
+        """Returns what an arm of the cell needs to know."""
+        return self.six if arm == SIX else self.seven
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        self.validate_run()
+        choice(self.peg_arm, "peg_arm", _ARMS)
+        choice(self.plan, "plan", PLANS)
+        self.nominal.validate("nominal")
+        self.misplanned.validate("misplanned")
+        non_negative(self.hold, "hold", "s")
+        for part in (self.program, self.speeds, self.servo, self.peg_hole, self.six, self.seven):
+            part.validate()
+        # Between a hand and what it holds there is a rod on a mounting plate.
+        plate = TOOL.plate_thickness
+        positive(self.tip - self.peg_hole.peg_length - plate, "tip less the peg and a plate", "m")
+        positive(
+            self.mouth - self.peg_hole.block_length - plate, "mouth less the block and a plate", "m"
+        )
+        finite_vector(self.remote_centre, "remote_centre", 3)
+        if self.external is not None:
+            self.external.validate()
+
+
+@dataclass
+class _Frames:
+    """P the peg's tip, H the hole's mouth, E the remote centre of compliance."""
+
+    P: Frame
+    H: Frame
+    E: Frame
+
+
+def build_loose(
+    scenario: LooseScenario,
+    meshcat: Meshcat | None = None,
+    *,
+    live: bool = False,
+    logged: bool = True,
+) -> Setup:
+    """Builds the diagram of a scenario.
+
+    Args:
+        scenario: its open fields are filled in.
+        meshcat: where it is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
+
+    Raises:
+        ConfigurationError: the scenario cannot be used; the message says why.
+    """
+    scenario.validate()
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
+    frames = _add_models(plant, scenario)
+    X_WH = _hold_still(plant, frames, scenario)
+    motion_plan = _plan(plant, frames, scenario, X_WH)
+    if scenario.duration is None:
+        scenario.duration = motion_plan.trajectory.end_time() + scenario.hold
+
+    X_WE = X_WH @ scenario.pose_of_mouth().inverse() @ RigidTransform(scenario.remote_centre)
+    desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WE))
+    hand = add_compliant_arm(
+        builder,
+        plant,
+        scenario.compliant,
+        frames.E,
+        sensor_joint_of(plant, scenario.compliant),
+        desired.GetOutputPort("motion"),
+        scenario,
+    )
+    servo = _add_servo(builder, plant, frames, scenario, motion_plan)
+    if scenario.external is not None:
+        external = builder.AddNamedSystem(
+            "external_wrench",
+            ExternalWrench(frames.H, X_WH.rotation().matrix(), scenario.external),
+        )
+        builder.Connect(external.get_output_port(), plant.get_applied_spatial_force_input_port())
+
+    recorder = Recorder(builder, scenario.log_period)
+    if logged or meshcat is not None:
+        hand.record(builder, recorder, plant)
+        motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
+        record_arm(
+            recorder,
+            plant,
+            scenario.peg_arm,
+            {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P},
+        )
+        recorder.record(f"{scenario.peg_arm}/set_point", servo.GetOutputPort("set_point"))
+        recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
+    recorder.constant("program/moves", np.array([move.name for move in motion_plan.segments]))
+    recorder.constant(
+        "program/times", np.array([(move.begin, move.end) for move in motion_plan.segments])
+    )
+    if meshcat is not None:
+        add_visualization(
+            builder,
+            scene_graph,
+            meshcat,
+            plant,
+            frames=hand.frames(recorder),
+            wrench=hand.sensor.GetOutputPort("wrench"),
+        )
+        if live:
+            add_live_controls(
+                builder, meshcat, plant, hand.controller, frames.H, push=scenario.external is None
+            )
+    return Setup(
+        scenario, recorder.build(), plant, recorder, lambda bare: _add_models(bare, scenario)
+    )
+
+
+def _add_models(plant: MultibodyPlant, scenario: LooseScenario) -> _Frames:
+    """Adds arms, sensors, peg and block."""
+    add_cell(plant, "two_arms")
+    parts, forward = scenario.peg_hole, RotationMatrix()
+    add_rod(plant, scenario.peg_arm, scenario.tip - parts.peg_length, forward)
+    add_rod(plant, scenario.compliant, scenario.mouth - parts.block_length, forward)
+    hand = mounting_face(plant, scenario.compliant)
+    X_SP = RigidTransform([0.0, 0.0, scenario.tip])
+    peg = add_peg(plant, mounting_face(plant, scenario.peg_arm), X_SP, parts)
+    block = add_block(plant, hand, scenario.pose_of_mouth(), parts)
+    E = plant.AddFrame(
+        FixedOffsetFrame("remote_centre", hand, RigidTransform(scenario.remote_centre))
+    )
+    plant.Finalize()
+    return _Frames(peg.body_frame(), block.body_frame(), E)
+
+
+def _hold_still(plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario) -> RigidTransform:
+    """Puts the compliant arm where it holds the hole; returns X_WH."""
+    arm = plant.GetModelInstanceByName(scenario.compliant)
+    start = scenario.roles(scenario.compliant).hold
+    posture, X_WH = start_posture(ControlModel.of_arm(plant, arm, frames.H), start)
+    plant.SetDefaultPositions(arm, posture)
+    start.posture = posture.tolist()
+    return X_WH
+
+
+def _plan(
+    plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario, X_WH: RigidTransform
+) -> MotionPlan:
+    """Plans the program of the arm with the peg and puts the arm at its start."""
+    arm = plant.GetModelInstanceByName(scenario.peg_arm)
+    role, planned = scenario.roles(scenario.peg_arm), scenario.planned()
+    poses = {
+        name: _taught_pose(X_WH, pose, planned) for name, pose in scenario.program.poses.items()
+    }
+    constants = {scenario.program.path_constant: 1e3 * planned.path}
+    program = read_program(
+        scenario.program.path(),
+        {**taught_values(role.taught), **poses},
+        {**constants, **scenario.program.constants},
+    )
+    motion_plan = plan(plant, arm, frames.P, program, np.array(role.start), scenario.speeds)
+    plant.SetDefaultPositions(arm, role.start)
+    _check_outside(plant, frames, X_WH)
+    return motion_plan
+
+
+def _taught_pose(
+    X_WH: RigidTransform, pose: TaughtPose, planned: PlannedInsertion
+) -> RigidTransform:
+    """Returns X_WP as it was taught: in line with the hole, but for what is wrong with the plan.
+
+    The tool is turned about the peg's tip.
+    """
+    R_HP = RotationMatrix.MakeXRotation(np.pi)  # the peg looks into the hole
+    R_WW = euler.to_rotation(np.deg2rad(planned.rotation_deg))
+    R_WP = RotationMatrix(R_WW) @ X_WH.rotation() @ R_HP
+    return RigidTransform(R_WP, X_WH.translation() + pose.offset + planned.offset)
+
+
+def _check_outside(plant: MultibodyPlant, frames: _Frames, X_WH: RigidTransform) -> None:
+    """Raises ConfigurationError if the peg starts behind the hole's mouth."""
+    X_WP = frames.P.CalcPoseInWorld(plant.CreateDefaultContext())
+    depth = insertion(X_WP, X_WH).depth
+    if depth > 0:
+        raise ConfigurationError(
+            f"The peg's tip starts {1e3 * depth:.1f} mm behind the hole's mouth; start the arm "
+            f"that brings it farther away."
+        )
+
+
+def _add_servo(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    frames: _Frames,
+    scenario: LooseScenario,
+    motion_plan: MotionPlan,
+) -> IndustrialController:
+    """Adds the industrial control unit of the arm with the peg, connected to the plant."""
+    arm = plant.GetModelInstanceByName(scenario.peg_arm)
+    servo = builder.AddSystem(
+        make_industrial_controller(plant, arm, frames.P, motion_plan.trajectory, scenario.servo)
+    )
+    builder.Connect(plant.get_state_output_port(arm), servo.GetInputPort("estimated_state"))
+    builder.Connect(servo.GetOutputPort("actuation"), plant.get_actuation_input_port(arm))
+    return servo

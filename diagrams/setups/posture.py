@@ -1,0 +1,113 @@
+"""Where an arm starts: a posture, or the pose of its end effector and inverse kinematics."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.inverse_kinematics import InverseKinematics
+from pydrake.solvers import Solve
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.start_posture import find_start_posture
+from geoimp_drake.arm.state import evaluate_arm
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
+from geoimp_drake.rotations import euler, so3
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector
+
+__all__ = ["StartConfig", "start_posture"]
+
+# A start must be well away from a singularity, not just short of one.
+_SMALLEST_SINGULAR_VALUE = 1e-2
+
+
+@dataclass
+class StartConfig:
+    """Pose of E at the start; the posture follows by inverse kinematics, or is given.
+
+    E's orientation is that of the XYZ Euler angles, then turned about `tilt_axis` by `tilt_deg`.
+    """
+
+    # Of E in W [m]; if null, a posture away from limits and singularities is looked for.
+    position: Array | None = field(default_factory=lambda: np.array([0.9, 0.0, 0.7]))
+    attitude_deg: Array = field(default_factory=lambda: np.array([180.0, 0.0, 0.0]))
+    tilt_axis: Array = field(default_factory=lambda: np.array([1.0, 1.0, 0.0]))  # in W
+    tilt_deg: float = 0.0
+    guess: Array | None = None  # near which to look [rad, m]; everywhere if not given
+    posture: list[float] | None = None  # joint positions [rad, m]; then nothing is looked for
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        if self.position is not None:
+            finite_vector(self.position, "start.position", 3)
+        finite_vector(self.attitude_deg, "start.attitude_deg", 3)
+        finite_vector(self.tilt_axis, "start.tilt_axis", 3)
+        if not np.isfinite(self.tilt_deg):
+            raise ConfigurationError(f"start.tilt_deg is {self.tilt_deg}; it must be finite.")
+        if np.linalg.norm(self.tilt_axis) < 1e-6:
+            raise ConfigurationError("start.tilt_axis is zero; give a direction.")
+
+    def pose(self) -> RigidTransform:
+        """Returns X_WE."""
+        R = euler.to_rotation(np.deg2rad(self.attitude_deg))
+        axis = np.asarray(self.tilt_axis) / np.linalg.norm(self.tilt_axis)
+        R_WE = so3.rotation_about(axis, np.deg2rad(self.tilt_deg)) @ R
+        return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_WE), self.position)
+
+
+def start_posture(model: ControlModel, start: StartConfig) -> tuple[Array, RigidTransform]:
+    """Returns the joint positions and the pose X_WE at the start.
+
+    Raises:
+        ConfigurationError: wrong number of joints, outside the joint limits, or out of reach.
+        SingularityError: the posture is at a kinematic singularity.
+    """
+    if start.posture is not None:
+        q = finite_vector(np.array(start.posture), "start.posture", model.num_joints)
+    elif start.position is None:
+        q = find_start_posture(model)
+    elif start.guess is None:
+        q = find_start_posture(model, start.pose())
+    else:
+        q = _inverse_kinematics(model, start)
+    _check_limits(model, q)
+    arm = evaluate_arm(
+        model, model.plant.CreateDefaultContext(), np.concatenate((q, np.zeros_like(q)))
+    )
+    check_regular(arm.Jv_V_WE, _SMALLEST_SINGULAR_VALUE)
+    return q, RigidTransform(RotationMatrix(arm.R_WE), arm.p_WE)
+
+
+def _inverse_kinematics(model: ControlModel, start: StartConfig) -> Array:
+    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
+    guess = finite_vector(np.array(start.guess), "start.guess", model.num_joints)
+    X_WE = start.pose()
+    problem = InverseKinematics(plant, with_joint_limits=True)
+    p = X_WE.translation()
+    problem.AddPositionConstraint(E, np.zeros(3), W, p, p)
+    problem.AddOrientationConstraint(W, X_WE.rotation(), E, RotationMatrix(), 0.0)
+    problem.prog().AddQuadraticErrorCost(np.eye(model.num_joints), guess, problem.q())
+    problem.prog().SetInitialGuess(problem.q(), guess)
+    result = Solve(problem.prog())
+    if not result.is_success():
+        raise ConfigurationError(
+            f"No posture within the joint limits puts the end effector at start.position = "
+            f"{p.tolist()} with that attitude (searched from start.guess). Give a nearer guess or "
+            f"a pose within reach."
+        )
+    return np.asarray(result.GetSolution(problem.q()))
+
+
+def _check_limits(model: ControlModel, q: Array) -> None:
+    lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    outside = np.flatnonzero((q < lower) | (q > upper))
+    if outside.size:
+        raise ConfigurationError(
+            "The start posture is outside the joint limits: "
+            + "; ".join(
+                f"{model.joint_names[i]} at {q[i]:.4f}, allowed {lower[i]:.4f} to {upper[i]:.4f}"
+                for i in outside
+            )
+            + "."
+        )

@@ -1,0 +1,377 @@
+"""Tight cooperation: two arms hold a bar; the object gets the impedance, and the grasp, too.
+
+```
+ desired_motion ─▶ cooperative controller ◀──▶ plant: arm ═ sensor ═ rod ═ bar ═ rod ═ sensor ═ arm
+                                                                          ║ stick
+                                                                        ──── disk ▷ surface
+```
+
+The first hand is the seven-joint arm's, at the bar's end on the side of −y; the second one is the
+six-joint arm's.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw, RigidBody
+from pydrake.systems.framework import Context, DiagramBuilder, System
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
+from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
+from geoimp_drake.controllers.wrist_sensor import (
+    connect_wrist_sensors,
+    tool_load_beyond,
+    wrist_sensor_at,
+)
+from geoimp_drake.diagrams.scene.bar import (
+    BarConfig,
+    GraspConfig,
+    add_bar,
+    add_grasp,
+    open_grasp,
+)
+from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, WRIST_SENSOR, add_cell
+from geoimp_drake.diagrams.scene.rod import add_rod
+from geoimp_drake.diagrams.scene.surface import add_disk_contact, add_surface, surface_plane
+from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement, check_clear
+from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.compliant_arm import sensor_joint_of
+from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
+from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.models.robot_data import TOOL
+from geoimp_drake.rotations import euler, quaternion
+from geoimp_drake.simulation.live import add_live_controls
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.simulation.run import Event
+from geoimp_drake.simulation.visualization import add_visualization
+from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
+from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
+from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitorConfig
+from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.systems.cooperation.reference_hold import ReferenceHoldConfig
+from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, finite_vector, positive
+
+__all__ = ["ARMS", "OBJECT", "AssumedGeometry", "TightScenario", "build_tight"]
+
+ARMS = (SEVEN, SIX)  # first and second hand
+OBJECT = "object"  # in the log
+
+# Attitude of each hand at the start: it looks at the other one.
+_HAND_ATTITUDES = {SEVEN: np.array([-90.0, 0.0, -90.0]), SIX: np.array([90.0, 0.0, -90.0])}
+
+
+@dataclass
+class AssumedGeometry:
+    """What the controller believes of the cell, where that is not what it is."""
+
+    prescribed: bool = (
+        False  # the mutual pose is what is assumed, not what is measured at the start
+    )
+    # Error of the assumed grasp: of the second hand's pose on the bar, in the axes of O.
+    grasp_offset: Array = field(default_factory=lambda: np.zeros(3))  # [m]
+    grasp_rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # about x, y, z of O
+    # Error of the assumed base of the second arm, in W.
+    base_offset: Array = field(default_factory=lambda: np.zeros(3))  # [m]
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        for name in ("grasp_offset", "grasp_rotation_deg", "base_offset"):
+            finite_vector(getattr(self, name), f"assumed.{name}", 3)
+
+
+@dataclass
+class TightScenario(RunSettings):
+    """Everything of a run with a bar in two hands; SI units, degrees where the name says so."""
+
+    segments: list[MotionSegment] = field(default_factory=list)  # of the object's desired motion
+    centre: Array = field(default_factory=lambda: np.array([0.0, 1.7, 0.95]))  # of the bar, in W
+    guesses: dict[str, list[float]] = field(default_factory=dict)  # near which to look, by arm
+    rod: float = 0.1  # between wrist sensor and grasp [m]
+    bar: BarConfig = field(default_factory=BarConfig)
+    grasp: GraspConfig = field(default_factory=GraspConfig)
+    carrier: str = SEVEN  # the hand that the bar is welded to; the other one has the grasp
+    wrench: str = "grasp-matrix"  # of the object; or printed, as (4.6)
+    internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
+    monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
+    opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
+    assumed: AssumedGeometry = field(default_factory=AssumedGeometry)
+    release: float | None = None  # when the grasp opens [s]
+    surface: SurfacePlacement | None = None
+    disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        self.validate_run()
+        self.validate_motion(self.segments)
+        finite_vector(self.centre, "centre", 3)
+        for arm in self.guesses:
+            choice(arm, "arm in guesses", ARMS)
+        positive(self.rod - TOOL.plate_thickness, "rod less its mounting plate", "m")
+        choice(self.carrier, "carrier", ARMS)
+        for part in (self.bar, self.grasp, self.assumed, self.surface):
+            if part is not None:
+                part.validate()
+        if self.release is not None:
+            positive(self.release, "release", "s")
+            if self.grasp.kind != "bushing":
+                raise ConfigurationError(
+                    f"release is {self.release:g} s, but grasp.kind is '{self.grasp.kind}'; only "
+                    f"a bushing can be opened."
+                )
+        positive(self.disk_resolution_hint, "disk_resolution_hint", "m")
+
+    @property
+    def compliant(self) -> str:
+        """Name under which what is compliant is logged."""
+        return OBJECT
+
+    def ends(self) -> dict[str, Array]:
+        """Returns where each arm's hand holds the bar at the start, in W (3) [m]."""
+        half = np.array([0.0, self.bar.length / 2, 0.0])
+        return {SEVEN: self.centre - half, SIX: self.centre + half}
+
+    def mutual_pose(self) -> MutualPose | None:
+        """Returns the mutual pose that the controller is told, None if it is to be measured."""
+        if not self.assumed.prescribed:
+            return None
+        R = euler.to_rotation(np.deg2rad(self.assumed.grasp_rotation_deg))
+        grasp = np.array([0.0, self.bar.length, 0.0]) + self.assumed.grasp_offset
+        return MutualPose(quaternion.from_rotation(R), grasp)
+
+
+@dataclass
+class _Models:
+    """What was added to a plant."""
+
+    hands: dict[str, Frame]  # E by arm
+    bar: RigidBody
+    bushing: LinearBushingRollPitchYaw | None
+
+
+def build_tight(
+    scenario: TightScenario,
+    meshcat: Meshcat | None = None,
+    *,
+    live: bool = False,
+    logged: bool = True,
+) -> Setup:
+    """Builds the diagram of a scenario.
+
+    Args:
+        scenario: its open fields are filled in.
+        meshcat: where it is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
+
+    Raises:
+        ConfigurationError: the scenario cannot be used; the message says why.
+    """
+    scenario.validate()
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
+    models = _add_models(plant, scenario)
+    _take_hold(plant, models, scenario)
+    X_WO = RigidTransform(scenario.centre)
+    if scenario.surface is not None:
+        X_OD = plant.GetFrameByName("disk", models.bar.model_instance()).GetFixedPoseInBodyFrame()
+        check_clear(X_WO @ X_OD, surface_plane(scenario.surface.pose()), "centre")
+    desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WO, scenario.segments))
+    if scenario.duration is None:
+        scenario.duration = desired.duration()
+    sensors = _sensors(plant, models, scenario)
+    controller = builder.AddSystem(_controller(plant, models, scenario, sensors))
+    connect_wrist_sensors(builder, plant, controller)
+    builder.Connect(desired.GetOutputPort("motion"), controller.GetInputPort("desired_motion"))
+    for k, arm in enumerate(ARMS, 1):
+        instance = plant.GetModelInstanceByName(arm)
+        # Joint states go in, torques come out.
+        builder.Connect(
+            plant.get_state_output_port(instance), controller.GetInputPort(f"estimated_state_{k}")
+        )
+        builder.Connect(
+            controller.GetOutputPort(f"actuation_{k}"), plant.get_actuation_input_port(instance)
+        )
+    recorder = Recorder(builder, scenario.log_period)
+    if logged or meshcat is not None:
+        _record(builder, recorder, scenario, plant, models, desired, controller)
+    if meshcat is not None:
+        add_visualization(
+            builder,
+            scene_graph,
+            meshcat,
+            plant,
+            frames={"D": desired.GetOutputPort("motion")}
+            | {name: recorder.port(f"{OBJECT}/motion_{name}") for name in "CO"},
+            wrench=controller.GetOutputPort("object_wrench"),
+            at="O",
+        )
+        if live:
+            add_live_controls(builder, meshcat, plant, controller, models.bar.body_frame())
+    diagram = recorder.build()
+    return Setup(
+        scenario,
+        diagram,
+        plant,
+        recorder,
+        lambda bare: _add_models(bare, scenario),
+        events=_release(plant, models, scenario),
+    )
+
+
+def _add_models(
+    plant: MultibodyPlant, scenario: TightScenario, offsets: Mapping[str, Array] | None = None
+) -> _Models:
+    """Adds arms, sensors, rods, bar, grasps and surface; `offsets` moves bases of arms [m]."""
+    add_cell(plant, "two_arms", offsets)
+    hands = {arm: add_rod(plant, arm, scenario.rod, _attitude(arm).inverse()) for arm in ARMS}
+    bar = add_bar(plant, scenario.bar)
+    ends = dict(zip(ARMS, (plant.GetFrameByName(f"end_{k}") for k in (1, 2)), strict=True))
+    plant.WeldFrames(hands[scenario.carrier], ends[scenario.carrier])
+    other = next(arm for arm in ARMS if arm != scenario.carrier)
+    bushing = add_grasp(plant, hands[other], ends[other], scenario.grasp)
+    if scenario.surface is not None and plant.geometry_source_is_registered():
+        properties = scenario.surface.properties
+        add_surface(plant, properties, scenario.surface.pose())
+        add_disk_contact(
+            plant,
+            bar,
+            plant.GetFrameByName("disk", bar.model_instance()).GetFixedPoseInBodyFrame(),
+            friction=properties.friction,
+            resolution_hint=scenario.disk_resolution_hint,
+        )
+    plant.Finalize()
+    return _Models(hands, bar, bushing)
+
+
+def _attitude(arm: str) -> RotationMatrix:
+    """Returns R_WS of an arm's hand at the start."""
+    return RotationMatrix(euler.to_rotation(np.deg2rad(_HAND_ATTITUDES[arm])))
+
+
+def _take_hold(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> None:
+    """Puts both hands, parallel to W, where they hold the bar."""
+    load = [models.bar.model_instance()]
+    for arm, position in scenario.ends().items():
+        instance = plant.GetModelInstanceByName(arm)
+        model = ControlModel.of_arm(plant, instance, models.hands[arm], without=load)
+        guess = np.array(scenario.guesses.get(arm, np.zeros(model.num_joints)))
+        start = StartConfig(position=position, attitude_deg=np.zeros(3), guess=guess)
+        posture, _ = start_posture(model, start)
+        plant.SetDefaultPositions(instance, posture)
+
+
+def _controller(
+    plant: MultibodyPlant,
+    models: _Models,
+    scenario: TightScenario,
+    sensors: Sequence[WristSensor],
+) -> System:
+    """Returns the controller, made for the cell as it is assumed to be."""
+    if np.any(scenario.assumed.base_offset):
+        plant = MultibodyPlant(scenario.plant.time_step)
+        models = _add_models(plant, scenario, {SIX: scenario.assumed.base_offset})
+    config = CooperativeControllerConfig(
+        impedance=scenario.impedance,
+        motion=scenario.motion,
+        sampling=scenario.sampling,
+        redundancy_1=scenario.redundancy,
+        load=_load(models.bar),
+        wrench=scenario.wrench,
+        mutual_pose=scenario.mutual_pose(),
+        internal=scenario.internal,
+        monitor=scenario.monitor,
+        opened=scenario.opened,
+        fused=scenario.fused,
+    )
+    return make_cooperative_controller(
+        plant,
+        [plant.GetModelInstanceByName(arm) for arm in ARMS],
+        [models.hands[arm] for arm in ARMS],
+        config,
+        loads=[models.bar.model_instance()],
+        sensors=sensors,
+    )
+
+
+def _load(bar: RigidBody) -> ObjectLoad:
+    """Returns what the hands carry: its frame is O."""
+    M_OOo = bar.default_spatial_inertia()
+    p_OG = M_OOo.get_com()
+    inertia = M_OOo.Shift(p_OG).CalcRotationalInertia().CopyToFullMatrix3()
+    return ObjectLoad(mass=M_OOo.get_mass(), centre_of_mass=p_OG, inertia=inertia)
+
+
+def _sensors(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> list[WristSensor]:
+    """Returns a sensor for each hand; its own rod is removed from the reading, the bar is not."""
+    # At the start each hand bears half of the bar, and neither turns it.
+    share = -0.5 * models.bar.default_mass() * plant.gravity_field().gravity_vector()
+    initial = np.concatenate((np.zeros(3), share))
+    sensors = []
+    for k, arm in enumerate(ARMS, 1):
+        joint = sensor_joint_of(plant, arm)
+        tool = tool_load_beyond(plant, joint, without=[models.bar.model_instance()])
+        # Two sensors do not have the same noise.
+        config = dataclasses.replace(scenario.sensor, seed=2 * scenario.seed + k)
+        name = f"{arm}_{WRIST_SENSOR}"
+        hand = models.hands[arm]
+        sensors.append(wrist_sensor_at(plant, joint, hand, config, tool, initial, name))
+    return sensors
+
+
+def _record(
+    builder: DiagramBuilder,
+    recorder: Recorder,
+    scenario: TightScenario,
+    plant: MultibodyPlant,
+    models: _Models,
+    desired: DesiredMotion,
+    controller: System,
+) -> None:
+    """Logs what the log contract names for a tight cooperation."""
+    for k, arm in enumerate(ARMS, 1):
+        ports = {
+            "u": controller.GetOutputPort(f"actuation_{k}"),
+            "motion_E": true_motion(builder, plant, models.hands[arm], f"motion_of_E_{k}"),
+            "motion_r": controller.GetOutputPort(f"reference_motion_{k}"),
+            "wrench": controller.GetOutputPort(f"wrench_{k}"),
+            "wrench_true": controller.GetOutputPort(f"wrench_true_{k}"),
+        }
+        record_arm(recorder, plant, arm, ports)
+    for key, port in {
+        "motion_O": controller.GetOutputPort("object_motion"),
+        "motion_D": desired.GetOutputPort("motion"),
+        "motion_C": controller.GetOutputPort("compliant_motion"),
+        "motion_bar": true_motion(builder, plant, models.bar.body_frame(), "motion_of_bar"),
+        "wrench": controller.GetOutputPort("object_wrench"),
+        "wrench_internal": controller.GetOutputPort("internal_wrench"),
+    }.items():
+        recorder.record(f"{OBJECT}/{key}", port)
+    if scenario.monitor.enabled:
+        recorder.record("grasp/opened", controller.GetOutputPort("opened"))
+    if scenario.surface is not None:
+        recorder.constant("surface/plane", surface_plane(scenario.surface.pose()))
+        recorder.constant("surface/disk", np.array([0.0, 0.0, -scenario.bar.stick]))
+
+
+def _release(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> list[Event]:
+    """Returns the opening of the grasp, if it is to open."""
+    if scenario.release is None or models.bushing is None:
+        return []
+    bushing = models.bushing
+
+    def open_it(context: Context) -> None:
+        open_grasp(bushing, plant.GetMyMutableContextFromRoot(context))
+
+    return [Event(scenario.release, open_it)]

@@ -1,0 +1,123 @@
+"""A start posture for an arm that nobody has chosen one for, away from limits and singularities."""
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.inverse_kinematics import InverseKinematics
+from pydrake.solvers import Solve
+from pydrake.systems.framework import Context
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.state import ArmState, evaluate_arm
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
+from geoimp_drake.typing import Array
+
+__all__ = ["find_start_posture", "limit_margin"]
+
+# A start must be well away from a singularity, not just short of one.
+_SMALLEST_SINGULAR_VALUE = 1e-2
+# A posture on a limit, which solvers keep to a tolerance, is no start.
+_LEAST_MARGIN = 1e-2
+# Further from the limits than this is no better.
+_AMPLE_MARGIN = 0.3
+# Joints without limits, and those of many turns, are looked for within this [rad or m].
+_WIDEST = np.pi
+_SAMPLES, _GUESSES = 400, 12
+# For the nearness of poses, a radian counts as much as so many metres.
+_RADIAN = 0.3
+
+
+def find_start_posture(
+    model: ControlModel, X_WE: RigidTransform | None = None, *, seed: int = 0
+) -> Array:
+    """Returns a posture far from joint limits and singularities, the same for the same seed.
+
+    Of the postures that are tried the best has the largest σ, the smallest singular value of the
+    Jacobian; a `limit_margin` below 0.3 counts against it in proportion. Collisions are not looked
+    at.
+
+    Args:
+        model: the arm.
+        X_WE: where its end effector shall be, reached by inverse kinematics from several guesses;
+            anywhere by default.
+        seed: of the random postures.
+
+    Returns:
+        Joint positions (n) in the control model's order [rad or m].
+
+    Raises:
+        ConfigurationError: no posture within the joint limits reaches X_WE.
+        SingularityError: the best that was found is at a kinematic singularity.
+    """
+    context = model.plant.CreateDefaultContext()
+    postures = _samples(model, seed)
+    if X_WE is not None:
+        nearest = sorted(postures, key=lambda q: _distance(_arm_at(model, context, q), X_WE))
+        postures = _reaching(model, X_WE, nearest[:_GUESSES])
+    best = max(postures, key=lambda q: _quality(model, context, q))
+    check_regular(_arm_at(model, context, best).Jv_V_WE, _SMALLEST_SINGULAR_VALUE)
+    return best
+
+
+def limit_margin(model: ControlModel, q: Array) -> float:
+    """Returns how far a posture is from the joint limits: 1 amid all ranges, 0 at a limit.
+
+    Args:
+        model: the arm; joints that have no limits do not count.
+        q: joint positions (n) in the control model's order [rad or m].
+    """
+    lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    limited = np.isfinite(upper - lower)
+    room = np.minimum(q - lower, upper - q)[limited] / (upper - lower)[limited]
+    return float(2.0 * room.min(initial=0.5))
+
+
+def _samples(model: ControlModel, seed: int) -> list[Array]:
+    lower = np.maximum(model.plant.GetPositionLowerLimits(), -_WIDEST)
+    upper = np.minimum(model.plant.GetPositionUpperLimits(), _WIDEST)
+    random = np.random.default_rng(seed)
+    return list(random.uniform(lower, np.maximum(lower, upper), (_SAMPLES, model.num_joints)))
+
+
+def _arm_at(model: ControlModel, context: Context, q: Array) -> ArmState:
+    return evaluate_arm(model, context, np.concatenate((q, np.zeros_like(q))))
+
+
+def _quality(model: ControlModel, context: Context, q: Array) -> float:
+    sigma = np.linalg.svd(_arm_at(model, context, q).Jv_V_WE, compute_uv=False)[-1]
+    return float(sigma) * min(limit_margin(model, q) / _AMPLE_MARGIN, 1.0)
+
+
+def _distance(arm: ArmState, X_WE: RigidTransform) -> float:
+    """Returns how far the end effector is from a pose, in a measure of metres."""
+    R_WE = RotationMatrix(arm.R_WE)
+    angle = R_WE.InvertAndCompose(X_WE.rotation()).ToAngleAxis().angle()
+    return float(np.linalg.norm(arm.p_WE - X_WE.translation()) + _RADIAN * angle)
+
+
+def _reaching(model: ControlModel, X_WE: RigidTransform, guesses: list[Array]) -> list[Array]:
+    """Returns the postures that reach a pose, one for each guess that leads to one."""
+    found = [q for guess in guesses if (q := _inverse_kinematics(model, X_WE, guess)) is not None]
+    if not found:
+        raise ConfigurationError(
+            f"No posture within the joint limits puts the end effector at "
+            f"{np.round(X_WE.translation(), 4).tolist()} with that attitude (searched from "
+            f"{len(guesses)} guesses). Give a pose within reach."
+        )
+    return found
+
+
+def _inverse_kinematics(model: ControlModel, X_WE: RigidTransform, guess: Array) -> Array | None:
+    """Returns the posture near a guess that reaches a pose, or None."""
+    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
+    problem = InverseKinematics(plant, with_joint_limits=True)
+    p = X_WE.translation()
+    problem.AddPositionConstraint(E, np.zeros(3), W, p, p)
+    problem.AddOrientationConstraint(W, X_WE.rotation(), E, RotationMatrix(), 0.0)
+    problem.prog().AddQuadraticErrorCost(np.eye(model.num_joints), guess, problem.q())
+    problem.prog().SetInitialGuess(problem.q(), guess)
+    result = Solve(problem.prog())
+    if not result.is_success():
+        return None
+    q = np.asarray(result.GetSolution(problem.q()))
+    return q if limit_margin(model, q) > _LEAST_MARGIN else None

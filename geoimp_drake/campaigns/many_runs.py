@@ -1,0 +1,220 @@
+"""Many independent runs on Dask: each task once, whatever is killed meanwhile.
+
+A task is anything that a function turns into JSON data in a process of its own. What has finished
+is in a journal at once; started again with the same journal, only the missing tasks are run.
+"""
+
+import asyncio
+import concurrent.futures
+import contextlib
+import io
+import sys
+import tempfile
+import time
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from geoimp_drake.campaigns.journal import Finished, Journal
+from geoimp_drake.errors import ConfigurationError
+
+__all__ = ["check_jobs", "run_many"]
+
+# One thread a process: the matrices are small, and as many processes as cores are asked for.
+_THREAD_SETTINGS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+# A Ctrl-C reaches every process of the terminal; the one that was started ends the others.
+_IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+_LOCAL = {
+    # Dask keeps a task that was lost with its process apart from those that merely waited there
+    # only if none waits there.
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.scheduler.allowed-failures": 3,
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(_THREAD_SETTINGS, "1"),
+    # What Dask measures of itself, every 10 and 20 ms in each of its processes, takes the time of
+    # the tasks where every core has one.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+}
+_CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
+
+
+def run_many(
+    tasks: Mapping[str, Any],
+    function: Callable[[Any], Any],
+    *,
+    jobs: int,
+    journal: Path,
+    plan: Mapping[str, Any],
+    scheduler: str | None = None,
+    label: str = "geoimp",
+    is_current: Callable[[str, Finished], bool] = lambda key, finished: True,
+) -> dict[str, Finished]:
+    """Runs a function on every task that is not in the journal yet.
+
+    A task that raises is finished, with its error. A task that repeatedly takes its process down
+    has an error too, but is not put into the journal, so that the next start tries it again.
+
+    Args:
+        tasks: by key.
+        function: of a module, so that another process can import it; takes a task, returns JSON
+            data.
+        jobs: processes on this machine, one thread each.
+        journal: file for what has finished.
+        plan: JSON data that says what the tasks are. A journal of another plan is refused; one
+            with fewer or more tasks of the same plan is not.
+        scheduler: address of a Dask scheduler whose workers are used instead of own processes.
+        label: who asks; stands before the progress bar and in errors.
+        is_current: tells of a task in the journal, by its key and how it ended, whether that still
+            counts. If not, the task is run again.
+
+    Returns:
+        How every task ended, in the order of `tasks`.
+
+    Raises:
+        ConfigurationError: fewer than one job, Dask is missing, the scheduler does not answer, or
+            the journal cannot be used; nothing has been written. Or the scheduler is lost later.
+    """
+    check_jobs(jobs, label)
+    book = Journal(journal, plan)
+    done = {key: ended for key, ended in book.read().items() if is_current(key, ended)}
+    missing = {key: task for key, task in tasks.items() if key not in done}
+    if missing:
+        with _client(min(jobs, len(missing)), scheduler) as client, book:
+            ended = _run(client, missing, function)
+            for key, finished, kept in _with_progress(ended, len(tasks), len(missing), label):
+                if kept:
+                    book.add(key, finished)
+                done[key] = finished
+    return {key: done[key] for key in tasks}
+
+
+def check_jobs(jobs: int, label: str) -> None:
+    """Raises ConfigurationError for fewer than one job, or if Dask, an extra, is missing."""
+    if jobs < 1:
+        raise ConfigurationError(f"jobs is {jobs}; give at least 1.")
+    try:
+        import distributed  # noqa: F401  (an extra: imported only where it is used)
+    except ImportError:
+        raise ConfigurationError(f"{label} needs dask: pip install 'geoimp_drake[sweep]'") from None
+
+
+@contextlib.contextmanager
+def _client(jobs: int, scheduler: str | None) -> Iterator[Any]:
+    """Yields a client of the scheduler, or of processes of its own."""
+    if scheduler is None:
+        with _local_cluster(jobs) as cluster, cluster.get_client() as client:
+            yield client
+    else:
+        with _connected(scheduler) as client:
+            yield client
+
+
+@contextlib.contextmanager
+def _local_cluster(jobs: int) -> Iterator[Any]:
+    import dask
+    from distributed import LocalCluster
+
+    with (
+        tempfile.TemporaryDirectory(prefix="geoimp-") as folder,
+        dask.config.set(_LOCAL),
+        LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",  # any free port
+            local_directory=folder,
+            memory_limit=0,
+            silence_logs="CRITICAL",
+            preload=_IGNORE_INTERRUPTS,
+        ) as cluster,
+    ):
+        yield cluster
+
+
+def _connected(address: str) -> Any:
+    """Returns a client of a scheduler that answers and has workers."""
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=_CONNECT_TIMEOUT)
+    except (OSError, ValueError, TypeError) as error:
+        raise ConfigurationError(
+            f"The scheduler {address} does not answer within {_CONNECT_TIMEOUT:g} s: {_line(error)}"
+        ) from None
+    try:
+        client.wait_for_workers(1, timeout=_WORKER_TIMEOUT)
+    except TimeoutError:
+        client.close()
+        raise ConfigurationError(
+            f"The scheduler {address} has no workers; start some: dask worker {address} "
+            f"--nthreads 1"
+        ) from None
+    return client
+
+
+def _run(
+    client: Any, tasks: Mapping[str, Any], function: Callable[[Any], Any]
+) -> Iterator[tuple[str, Finished, bool]]:
+    """Yields each task's key as it ends, how it ended, and whether that is final."""
+    from distributed import as_completed
+
+    # Another client of the same scheduler must not be given these results for its own tasks.
+    run = uuid.uuid4().hex
+    futures = {
+        client.submit(_attempt, function, task, key=f"{run}-{key}", pure=False): key
+        for key, task in tasks.items()
+    }
+    for future in as_completed(futures):
+        yield (futures[future], *_ending(future))
+
+
+def _attempt(function: Callable[[Any], Any], task: Any) -> Finished:
+    """Runs one task, in a process of Dask's; what it says on stderr is not shown."""
+    start = time.perf_counter()
+    result, error = None, None
+    try:
+        # A progress bar or message of this task's own would break the one of all tasks.
+        with contextlib.redirect_stderr(io.StringIO()):
+            result = function(task)
+    except (Exception, SystemExit) as raised:  # Drake ends the process on some input
+        error = f"{type(raised).__name__}: {_line(raised)}"
+    return Finished(result, error, time.perf_counter() - start)
+
+
+def _ending(future: Any) -> tuple[Finished, bool]:
+    """Returns how a task ended; not final if the task did not even come to return."""
+    from distributed import KilledWorker
+
+    try:
+        return future.result(), True
+    except KilledWorker as error:
+        why = f"The process that ran it was lost, {error.allowed_failures + 1} times."
+    except (concurrent.futures.CancelledError, asyncio.CancelledError):
+        raise ConfigurationError(
+            "The scheduler was lost. What has finished is kept: start the same again."
+        ) from None
+    except Exception as error:  # as a result that cannot be sent
+        why = f"{type(error).__name__}: {_line(error)}"
+    return Finished(None, why, 0.0), False
+
+
+def _line(error: BaseException) -> str:
+    return " ".join(str(error).split())
+
+
+def _with_progress(ended: Iterator[Any], total: int, missing: int, label: str) -> Iterator[Any]:
+    """Passes on what has ended, with a progress bar on a terminal."""
+    with tqdm(
+        ended, label, total, initial=total - missing, unit="run", disable=not sys.stderr.isatty()
+    ) as bar:
+        yield from bar

@@ -1,0 +1,134 @@
+"""The page about a reproduction: opens from its folder, without a network."""
+
+from pathlib import Path
+from typing import Any
+
+from geoimp_drake.campaigns.reproduction import (
+    CONTRAST,
+    FAILS,
+    HOLDS,
+    NOT_REACHED,
+    Judged,
+    Reproduction,
+    StudyResult,
+    VariantResult,
+)
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.simulation.experiment import versions
+
+__all__ = ["REPORT", "check_report", "write_report"]
+
+REPORT = "report.html"
+
+_TEMPLATE = Path(__file__).with_name("report.html.jinja")
+_STYLES = {HOLDS: "holds", FAILS: "fails", CONTRAST: "contrast", NOT_REACHED: "open"}
+# What a run leaves besides figures, with the words of its link.
+_LINKS = {
+    "replay.html": "replay",
+    "log.npz": "log",
+    "scenario.yaml": "scenario",
+    "metrics.json": "metrics",
+}
+
+
+def check_report(label: str) -> None:
+    """Raises ConfigurationError if the template library, an extra, is missing."""
+    try:
+        import jinja2  # noqa: F401  (an extra: imported only where it is used)
+    except ImportError:
+        raise ConfigurationError(
+            f"{label} needs jinja2: pip install 'geoimp_drake[report]'"
+        ) from None
+
+
+def write_report(reproduction: Reproduction, path: Path) -> None:
+    """Writes the page; figures and files are linked relative to its folder.
+
+    Nothing in it depends on when or how fast things ran: the same results give the same page.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATE.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    page = environment.get_template(_TEMPLATE.name).render(_contents(reproduction))
+    part = path.with_name(f".part-{path.name}")
+    part.write_text(page, encoding="utf-8")
+    part.replace(path)
+
+
+def _contents(reproduction: Reproduction) -> dict[str, Any]:
+    """Returns what the template shows."""
+    counts = reproduction.count()
+    return {
+        "counts": [(verdict, style, counts[verdict]) for verdict, style in _STYLES.items()],
+        "failures": reproduction.failures(),
+        "sections": [_section(study) for study in reproduction.studies],
+        "versions": versions(),
+        "seeds": reproduction.seeds(),
+        "duration": reproduction.duration,
+    }
+
+
+def _section(result: StudyResult) -> dict[str, Any]:
+    name = result.study.name
+    return {
+        "name": name,
+        "summary": result.study.experiment.summary,
+        "runs": [_run(name, variant) for variant in result.variants],
+        "comparison": _comparison(result),
+    }
+
+
+def _run(experiment: str, result: VariantResult) -> dict[str, Any]:
+    folder = f"{experiment}/{result.variant.name}"
+    figures = [name for name in result.variant.figures if f"{name}.png" in result.files]
+    return {
+        "name": result.variant.name,
+        "title": result.variant.title,
+        "failure": result.failure,
+        "figures": [
+            _figure(_number(name), f"{folder}/{name}", result.variant.figures[name])
+            for name in figures
+        ],
+        "links": [
+            (words, f"{folder}/{file}") for file, words in _LINKS.items() if file in result.files
+        ],
+        "claims": [_row(judged) for judged in result.judged()],
+    }
+
+
+def _comparison(result: StudyResult) -> dict[str, Any] | None:
+    if not result.files:
+        return None
+    stem = f"{result.study.name}/comparison"
+    return {
+        "title": f"{result.study.kind} compared",
+        "figures": [_figure("Comparison", stem, result.study.text)],
+        "links": [("metrics", f"{stem}.json")],
+        "claims": [_row(judged) for judged in result.judged_across()],
+    }
+
+
+def _figure(title: str, stem: str, text: str) -> dict[str, str]:
+    return {"title": title, "png": f"{stem}.png", "pdf": f"{stem}.pdf", "text": text}
+
+
+def _number(name: str) -> str:
+    """Returns `Figure 5.3` for figure_5_3."""
+    return name.replace("_", " ", 1).replace("_", ".").capitalize()
+
+
+def _row(judged: Judged) -> dict[str, str]:
+    return {
+        "claim": judged.claim.claim,
+        "figure": judged.figure,
+        "bound": judged.bound,
+        "verdict": judged.verdict,
+        "style": _STYLES[judged.verdict],
+        "reason": judged.reason,
+    }

@@ -1,0 +1,145 @@
+"""Every experiment with every variant that its figures need: one folder, one page about it.
+
+```
+ OUT/report.html
+ OUT/EXPERIMENT/comparison.png, .pdf, .json    across the variants
+ OUT/EXPERIMENT/VARIANT/                       what a run writes
+ OUT/journal.jsonl                             what has finished
+```
+"""
+
+import contextlib
+import importlib.util
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from geoimp_drake.campaigns.compare import compare_runs
+from geoimp_drake.campaigns.journal import Finished, Journal
+from geoimp_drake.campaigns.many_runs import check_jobs, run_many
+from geoimp_drake.campaigns.report import REPORT, check_report, write_report
+from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
+from geoimp_drake.campaigns.study import Study
+from geoimp_drake.campaigns.study_run import StudyRun, identity_of, is_current, run_study_run
+from geoimp_drake.scenario.loading import plain_data, read_yaml
+
+__all__ = ["reproduce"]
+
+JOURNAL = "journal.jsonl"
+# The journal is this command's; whether a run in it still counts is told run by run.
+PLAN = {"command": "reproduce"}
+
+_log = logging.getLogger("drake")
+
+
+def reproduce(
+    studies: Sequence[Study],
+    out: Path,
+    *,
+    jobs: int = 1,
+    duration: float | None = None,
+    seed: int | None = None,
+) -> Reproduction:
+    """Runs what `out` does not have yet, compares the variants and writes the report.
+
+    A run counts as done if it has ended, its files are as it left them, and neither its scenario
+    nor this library has changed since.
+
+    Args:
+        studies: what is run.
+        out: folder to write into; made if need be.
+        jobs: processes on this machine.
+        duration: simulated time of every run [s], in the place of the scenarios' own.
+        seed: of the sensors' noise, in the place of the scenarios' own.
+
+    Raises:
+        ConfigurationError: an option or the folder cannot be used, or an extra is missing; nothing
+            has been written.
+    """
+    label = "geoimp reproduce"
+    check_jobs(jobs, label)
+    check_report(label)
+    runs = _runs(studies, out.absolute(), duration, seed)
+    done = Journal(out / JOURNAL, PLAN).read()
+    missing = [
+        run for key, run in runs.items() if key not in done or not is_current(run, done[key])
+    ]
+    _log.info(f"{len(missing)} of {len(runs)} runs are to be done, {jobs} at a time.")
+    _compile_laws(missing)
+    finished = run_many(
+        runs,
+        run_study_run,
+        jobs=jobs,
+        journal=out / JOURNAL,
+        plan=PLAN,
+        label=label,
+        is_current=lambda key, ended: key in runs and is_current(runs[key], ended),
+    )
+    results = tuple(_result(study, out, finished) for study in studies)
+    reproduction = Reproduction(results, duration)
+    write_report(reproduction, out / REPORT)
+    return reproduction
+
+
+def _runs(
+    studies: Sequence[Study], out: Path, duration: float | None, seed: int | None
+) -> dict[str, StudyRun]:
+    """Returns every run by its key, the longest first so that no process idles at the end."""
+    given = {"duration": duration, "seed": seed}
+    overrides = tuple(f"{name}={value}" for name, value in given.items() if value is not None)
+    runs = {}
+    for study in sorted(studies, key=lambda study: -study.cost):
+        for variant in study.variants:
+            key = f"{study.name}/{variant.name}"
+            data = plain_data(study.experiment.scenario((), (*variant.settings, *overrides)))
+            main = variant is study.variants[0]
+            identity = identity_of(data, html=main)
+            runs[key] = StudyRun(study.experiment, data, out / key, main, identity)
+    return runs
+
+
+def _compile_laws(missing: Sequence[StudyRun]) -> None:
+    """Has the control laws compiled, if numba is there, so that two processes do not do it at once.
+
+    Each set-up with each orientation family has laws of its own; one step of it compiles them.
+    """
+    if importlib.util.find_spec("numba") is None:
+        return
+    kinds = {
+        (run.experiment.setup, run.scenario["impedance"]["orientation"]): run for run in missing
+    }
+    for run in kinds.values():
+        # What a run cannot do it says itself, in its own place.
+        with contextlib.suppress(Exception, SystemExit):
+            scenario = run.experiment.scenario((run.scenario,))
+            setup = run.experiment.build(scenario)
+            Simulator(setup.diagram).AdvanceTo(2 * scenario.plant.time_step)
+
+
+def _result(study: Study, out: Path, finished: dict[str, Finished]) -> StudyResult:
+    """Returns what a study's runs have left, with the comparison made of it."""
+    variants = tuple(
+        VariantResult.of(variant, out / study.name, finished[f"{study.name}/{variant.name}"])
+        for variant in study.variants
+    )
+    compared = {
+        result.variant.name: _saved(study, result.folder)
+        for result in variants
+        if result.files and result.variant.name in study.compared
+    }
+    if not compared:
+        return StudyResult(study, variants, (), ())
+    claims, files = compare_runs(
+        study.name, study.comparison, compared, out / study.name, study.kind
+    )
+    return StudyResult(study, variants, tuple(claims), tuple(files))
+
+
+def _saved(study: Study, folder: Path) -> tuple[dict[str, Any], Any]:
+    """Returns log and scenario of a run from its files."""
+    with np.load(folder / "log.npz") as log:
+        return dict(log), study.experiment.scenario((read_yaml(folder / "scenario.yaml"),))

@@ -1,0 +1,165 @@
+"""What a reproduction has left: runs, comparisons, and the verdict on every claim."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from geoimp_drake.campaigns.journal import Finished
+from geoimp_drake.campaigns.study import Study, Variant
+from geoimp_drake.simulation.claims import Claim
+
+__all__ = [
+    "CONTRAST",
+    "FAILS",
+    "HOLDS",
+    "NOT_REACHED",
+    "Judged",
+    "Reproduction",
+    "StudyResult",
+    "VariantResult",
+    "format_reproduction",
+]
+
+HOLDS, FAILS, NOT_REACHED = "holds", "FAILS", "not reached"
+CONTRAST = "broken on purpose"  # by a variant that shows what happens otherwise
+
+_VERDICTS = {True: HOLDS, False: FAILS, None: NOT_REACHED}
+
+
+class Judged(NamedTuple):
+    """A claim with its verdict, and the reason if it is broken on purpose."""
+
+    claim: Claim
+    verdict: str
+    reason: str = ""
+
+    @property
+    def figure(self) -> str:
+        """The figure with its unit."""
+        figure, unit = self.claim.figure, self.claim.unit
+        return "–" if figure is None else f"{figure:.4g} {unit}".strip()
+
+    @property
+    def bound(self) -> str:
+        """The bound with its unit."""
+        return f"{self.claim.bound} {self.claim.unit}".strip()
+
+
+@dataclass(frozen=True)
+class VariantResult:
+    """One run.
+
+    Attributes:
+        variant: that was run.
+        folder: of its files.
+        files: their names; none if the run could not start.
+        claims: judged from its log.
+        failure: what stopped it, if anything did.
+        seed: of the sensors' noise; None if the run could not start.
+    """
+
+    variant: Variant
+    folder: Path
+    files: tuple[str, ...]
+    claims: tuple[Claim, ...]
+    failure: str | None
+    seed: int | None = None
+
+    @staticmethod
+    def of(variant: Variant, parent: Path, finished: Finished) -> "VariantResult":
+        """Returns a run as it ended, its claims read from its files."""
+        folder = parent / variant.name
+        if finished.result is None:
+            return VariantResult(variant, folder, (), (), finished.error)
+        metrics = json.loads((folder / "metrics.json").read_text("utf-8"))
+        claims = tuple(Claim(**claim) for claim in metrics["claims"])
+        files, failure = tuple(finished.result["files"]), finished.result["failure"]
+        return VariantResult(variant, folder, files, claims, failure, metrics["seed"])
+
+    def judged(self) -> list[Judged]:
+        """Returns every claim with its verdict."""
+        return [self._judge(claim) for claim in self.claims]
+
+    def _judge(self, claim: Claim) -> Judged:
+        reason = self.variant.contrast.get(claim.claim)
+        if reason is None or claim.holds is None:
+            return Judged(claim, _VERDICTS[claim.holds])
+        if claim.holds:
+            return Judged(claim, FAILS, f"was to be broken: {reason}")
+        return Judged(claim, CONTRAST, reason)
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """An experiment with its runs.
+
+    Attributes:
+        study: that was run.
+        variants: its runs.
+        across: claims across the runs.
+        files: of the comparison.
+    """
+
+    study: Study
+    variants: tuple[VariantResult, ...]
+    across: tuple[Claim, ...]
+    files: tuple[Path, ...]
+
+    def judged_across(self) -> list[Judged]:
+        """Returns every claim across the runs with its verdict."""
+        return [Judged(claim, _VERDICTS[claim.holds]) for claim in self.across]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything.
+
+    Attributes:
+        studies: the experiments with their runs.
+        duration: simulated time that was asked for instead of the scenarios' own [s].
+    """
+
+    studies: tuple[StudyResult, ...]
+    duration: float | None
+
+    def judged(self) -> Iterator[tuple[str, Judged]]:
+        """Yields every claim with its verdict, and the run or comparison that it belongs to."""
+        for study in self.studies:
+            name = study.study.name
+            for result in study.variants:
+                yield from ((f"{name}/{result.variant.name}", one) for one in result.judged())
+            yield from ((f"{name}, compared", one) for one in study.judged_across())
+
+    def count(self) -> Counter[str]:
+        """Returns how many claims there are of each verdict."""
+        return Counter(judged.verdict for _, judged in self.judged())
+
+    def seeds(self) -> list[int]:
+        """Returns the seeds of all runs, each once."""
+        results = [result for study in self.studies for result in study.variants]
+        return sorted({result.seed for result in results if result.seed is not None})
+
+    def failures(self) -> dict[str, str]:
+        """Returns what stopped a simulation, by run."""
+        return {
+            f"{study.study.name}/{result.variant.name}": result.failure
+            for study in self.studies
+            for result in study.variants
+            if result.failure is not None
+        }
+
+
+def format_reproduction(reproduction: Reproduction) -> str:
+    """Returns the summary for a terminal: claims by verdict, and each that fails."""
+    counts = reproduction.count()
+    order = (HOLDS, FAILS, CONTRAST, NOT_REACHED)
+    summary = ", ".join(f"{counts[verdict]} {verdict}" for verdict in order if counts[verdict])
+    failing = [
+        f"  {run}: {judged.claim.claim}: {judged.figure}, bound {judged.bound}"
+        for run, judged in reproduction.judged()
+        if judged.verdict == FAILS
+    ]
+    return "\n".join((f"{sum(counts.values())} claims: {summary}", *failing))

@@ -1,0 +1,222 @@
+"""An experiment with parameters drawn at random: many runs, one table."""
+
+import csv
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from matplotlib.figure import Figure
+
+from geoimp_drake.campaigns.journal import Finished
+from geoimp_drake.campaigns.many_runs import run_many
+from geoimp_drake.campaigns.sweep_figures import peaks_figure, success_map
+from geoimp_drake.campaigns.sweep_plan import Draw, SweepPlan, setting
+from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
+from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.scenario.loading import dump_scenario, plain_data
+from geoimp_drake.simulation.experiment import FileWriter
+from geoimp_drake.validation import choice
+
+__all__ = ["SweepResult", "format_sweep", "run_sweep"]
+
+TABLE, JOURNAL, SCENARIO = "samples.csv", "journal.jsonl", "scenario.yaml"
+
+
+@dataclass
+class SweepResult:
+    """What a sweep left.
+
+    Attributes:
+        rows: of the table, by index; a value that a failed sample does not have is missing.
+        files: that were written.
+    """
+
+    rows: list[dict[str, Any]]
+    files: list[Path]
+
+    @property
+    def errors(self) -> int:
+        """How many samples ended with an error."""
+        return sum(row["error"] is not None for row in self.rows)
+
+
+def run_sweep(
+    experiment: Any,
+    scenario: Any,
+    plan: SweepPlan,
+    out: Path,
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    map_keys: Sequence[str] = (),
+) -> SweepResult:
+    """Runs every sample of a plan that `out` does not have yet, and writes the table and figures.
+
+    The table does not depend on the number of jobs, nor on how often the sweep was interrupted.
+
+    Args:
+        experiment: from the catalogue.
+        scenario: for it; what all samples have in common.
+        plan: what is varied.
+        out: folder to write into; made if need be.
+        jobs: processes on this machine.
+        scheduler: address of a Dask scheduler whose workers are used instead.
+        map_keys: the two varied keys of the map; by default the first two.
+
+    Raises:
+        ConfigurationError: the plan, the folder or the scheduler cannot be used; nothing has been
+            written.
+    """
+    plan.validate()
+    map_keys = _map_keys(plan, map_keys)
+    data = plain_data(scenario)
+    _check_values(experiment, data, plan)
+    draws = [plan.draw(index) for index in range(plan.samples)]
+    finished = run_many(
+        {str(draw.index): Sample(experiment, data, draw.overrides()) for draw in draws},
+        run_sample,
+        jobs=jobs,
+        journal=out / JOURNAL,
+        plan=_identity(experiment, data, plan),
+        scheduler=scheduler,
+        label="geoimp sweep",
+    )
+    rows = [_row(draw, finished[str(draw.index)]) for draw in draws]
+    writer = FileWriter(out)
+    writer.write(SCENARIO, lambda path: path.write_text(dump_scenario(scenario), "utf-8"))
+    writer.write("plan.yaml", lambda path: path.write_text(_dump(plan), "utf-8"))
+    writer.write(TABLE, lambda path: _write_table(rows, path))
+    for name, figure in _figures(experiment.name, rows, map_keys).items():
+        writer.write_figure(name, figure)
+    return SweepResult(rows, writer.files)
+
+
+def format_sweep(name: str, result: SweepResult, out: Path) -> str:
+    """Returns the summary of a sweep for a terminal.
+
+    Args:
+        name: of the experiment.
+        result: of its sweep.
+        out: the sweep's folder.
+    """
+    rows = result.rows
+    wins = sum(row["success"] for row in rows)
+    return "\n".join(
+        (
+            f"{name}: {wins} of {len(rows)} samples succeed ({100 * wins / len(rows):.1f} %), "
+            f"{result.errors} with an error",
+            _peaks(rows, "peak_force", "largest force", "N"),
+            _peaks(rows, "peak_moment", "largest moment", "Nm"),
+            *_first_error(rows),
+            f"to repeat a row, here the first: {_command(name, rows[0], out)}",
+        )
+    )
+
+
+def _map_keys(plan: SweepPlan, keys: Sequence[str]) -> Sequence[str]:
+    """Returns the columns of the map; with one varied key, the forces over it."""
+    for key in keys:
+        choice(key, "key of the map", plan.vary)
+    return tuple(keys) or (*plan.vary, "peak_force")[:2]
+
+
+def _check_values(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> None:
+    """Raises ConfigurationError if a varied key is not one of the scenario's numbers."""
+    first = plan.draw(0).parameters
+    for key, distribution in plan.vary.items():
+        value = _value_at(data, key)
+        if isinstance(value, str | bool):
+            raise ConfigurationError(f"{key} is {value!r}, not a number; it cannot be varied.")
+        for value in (*distribution.typical(), first[key]):
+            try:
+                experiment.scenario((data,), (setting(key, value),))
+            except GeoimpError as error:
+                raise ConfigurationError(f"{key} cannot be {value:g}: {error}") from None
+
+
+def _value_at(data: Any, key: str) -> Any:
+    """Returns what a scenario's data has at a path; None if there is no such path, or no value."""
+    for part in key.split("."):
+        if isinstance(data, list) and part.isdigit() and int(part) < len(data):
+            data = data[int(part)]
+        else:
+            data = data.get(part) if isinstance(data, dict) else None
+    return data
+
+
+def _identity(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> dict[str, Any]:
+    """Returns what a sample depends on besides its index."""
+    drawn = {key: value for key, value in plan.as_data().items() if key != "samples"}
+    return {
+        "experiment": experiment.name,
+        **drawn,
+        "scenario": data,
+        "versions": {name: version(name) for name in ("geoimp-drake", "drake", "numpy")},
+    }
+
+
+def _row(draw: Draw, finished: Finished) -> dict[str, Any]:
+    result = finished.result or {}
+    return {
+        "index": draw.index,
+        "seed": draw.seed,
+        **draw.parameters,
+        "success": result.get("success", False),
+        "peak_force": result.get("peak_force"),
+        "peak_moment": result.get("peak_moment"),
+        "error": finished.error or result.get("failure"),
+        **result.get("figures", {}),
+        "arguments": shlex.join(_arguments(draw)),
+    }
+
+
+def _arguments(draw: Draw) -> list[str]:
+    """Returns what makes `geoimp run EXPERIMENT` repeat a sample, within the sweep's folder."""
+    settings = [part for text in draw.overrides() for part in ("--set", text)]
+    return ["--scenario", SCENARIO, *settings]
+
+
+def _command(name: str, row: dict[str, Any], out: Path) -> str:
+    arguments = row["arguments"].removeprefix(f"--scenario {SCENARIO} ")
+    return f"geoimp run {name} --scenario {shlex.quote(str(out / SCENARIO))} {arguments}"
+
+
+def _write_table(rows: list[dict[str, Any]], path: Path) -> None:
+    # Failed samples lack the figures; `arguments` stays last.
+    columns = list(dict.fromkeys(name for row in rows for name in row if name != "arguments"))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [*columns, "arguments"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _dump(plan: SweepPlan) -> str:
+    return yaml.safe_dump(plan.as_data(), sort_keys=False, allow_unicode=True)
+
+
+def _figures(name: str, rows: list[dict[str, Any]], keys: Sequence[str]) -> dict[str, Figure]:
+    # A sample without a peak force has no place over it.
+    drawn = [row for row in rows if all(_is_finite(row[key]) for key in keys)]
+    figures = {"peak_forces": peaks_figure(rows, name)}
+    return {"success_map": success_map(drawn, keys, name), **figures} if drawn else figures
+
+
+def _is_finite(value: float | None) -> bool:
+    return value is not None and bool(np.isfinite(value))
+
+
+def _peaks(rows: list[dict[str, Any]], column: str, label: str, unit: str) -> str:
+    values = np.array([row[column] for row in rows if row[column] is not None], dtype=float)
+    if not values.size:
+        return f"{label}: no sample has run"
+    return f"{label}: median {np.median(values):.4g} {unit}, most {values.max():.4g} {unit}"
+
+
+def _first_error(rows: list[dict[str, Any]]) -> list[str]:
+    errors = [row for row in rows if row["error"] is not None]
+    return [f"first error, sample {row['index']}: {row['error']}" for row in errors[:1]]

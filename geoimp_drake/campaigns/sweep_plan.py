@@ -1,0 +1,200 @@
+"""What a sweep varies, and the draws: each sample's own, whatever the others are."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.scenario.loading import read_yaml
+from geoimp_drake.validation import unknown_name
+
+__all__ = ["Distribution", "Draw", "SweepPlan", "setting"]
+
+_PARAMETERS = {"uniform": ("low", "high"), "normal": ("mean", "standard deviation")}
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """How a number is drawn.
+
+    Attributes:
+        kind: uniform or normal.
+        first: the lower bound, or the mean.
+        second: the upper bound, or the standard deviation.
+    """
+
+    kind: str
+    first: float
+    second: float
+
+    def validate(self, key: str) -> None:
+        """Raises ConfigurationError if the distribution of a key cannot be used."""
+        if self.kind not in _PARAMETERS:
+            raise unknown_name(self.kind, f"distribution of {key}", _PARAMETERS)
+        for name, value in zip(_PARAMETERS[self.kind], (self.first, self.second), strict=True):
+            if not np.isfinite(value):
+                raise ConfigurationError(f"The {name} of {key} is {value:g}; it must be finite.")
+        if self.kind == "uniform" and self.first > self.second:
+            raise ConfigurationError(
+                f"{key} is to be between {self.first:g} and {self.second:g}; give LOW:HIGH with "
+                f"LOW at most HIGH."
+            )
+        if self.kind == "normal" and self.second < 0:
+            raise ConfigurationError(
+                f"The standard deviation of {key} is {self.second:g}; it must be zero or positive."
+            )
+
+    def draw(self, generator: np.random.Generator) -> float:
+        """Returns one number."""
+        return float(getattr(generator, self.kind)(self.first, self.second))
+
+    def typical(self) -> tuple[float, ...]:
+        """Returns the numbers that a scenario must at least take: both bounds, or the mean."""
+        return (self.first, self.second) if self.kind == "uniform" else (self.first,)
+
+    def as_data(self) -> dict[str, list[float]]:
+        """Returns the distribution as a plan's YAML has it."""
+        return {self.kind: [self.first, self.second]}
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What one sample has of its own.
+
+    Attributes:
+        index: of the sample.
+        seed: of its scenario.
+        parameters: value of each varied key.
+    """
+
+    index: int
+    seed: int
+    parameters: dict[str, float]
+
+    def overrides(self) -> tuple[str, ...]:
+        """Returns the settings that make the sample's scenario from the sweep's."""
+        own = (setting(key, value) for key, value in self.parameters.items())
+        return (f"seed={self.seed}", *own)
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """The draws of a sweep.
+
+    Attributes:
+        vary: distribution of each varied key, by the scenario's own paths.
+        samples: how many.
+        seed: of the draws.
+    """
+
+    vary: dict[str, Distribution] = field(default_factory=dict)
+    samples: int = 64
+    seed: int = 0
+
+    @staticmethod
+    def read(
+        file: Path | None = None,
+        ranges: Sequence[str] = (),
+        samples: int | None = None,
+        seed: int | None = None,
+    ) -> "SweepPlan":
+        """Returns a plan from a YAML file with what is given besides laid over it.
+
+        Args:
+            file: with `vary: {key.path: {uniform: [low, high]} | {normal: [mean, deviation]}}`,
+                and, if need be, `samples` and `seed`.
+            ranges: `key.path=LOW:HIGH` each, uniform.
+            samples: how many.
+            seed: of the draws.
+
+        Raises:
+            ConfigurationError: something in them cannot be used; the message names it.
+        """
+        data = read_yaml(file) if file else {}
+        for key in data.keys() - {"vary", "samples", "seed"}:
+            raise unknown_name(str(key), f"key in {file}", ("vary", "samples", "seed"))
+        plan = SweepPlan(
+            _distributions(data.get("vary", {})) | _ranges(ranges),
+            _whole(data.get("samples", SweepPlan.samples) if samples is None else samples),
+            _whole(data.get("seed", SweepPlan.seed) if seed is None else seed),
+        )
+        plan.validate()
+        return plan
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        if not self.vary:
+            raise ConfigurationError("Nothing is varied; give --vary key.path=LOW:HIGH.")
+        if self.samples < 1:
+            raise ConfigurationError(f"samples is {self.samples}; give at least 1.")
+        if self.seed < 0:
+            raise ConfigurationError(f"seed is {self.seed}; it must be zero or positive.")
+        for key, distribution in self.vary.items():
+            distribution.validate(key)
+
+    def draw(self, index: int) -> Draw:
+        """Returns one sample; it depends on the seed, the distributions and the index alone.
+
+        The keys are drawn in the alphabet's order, so that theirs in the plan does not matter.
+        """
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(index,))
+        generator = np.random.default_rng(sequence)
+        seed = int(generator.integers(2**31))
+        drawn = {key: self.vary[key].draw(generator) for key in sorted(self.vary)}
+        return Draw(index, seed, {key: drawn[key] for key in self.vary})
+
+    def as_data(self) -> dict[str, Any]:
+        """Returns the plan as its YAML file has it."""
+        vary = {key: distribution.as_data() for key, distribution in self.vary.items()}
+        return {"vary": vary, "samples": self.samples, "seed": self.seed}
+
+
+def setting(key: str, value: float) -> str:
+    """Returns `key.path=value` as `--set` takes it, the value to its last bit."""
+    return f"{key}={yaml.safe_dump(value).splitlines()[0]}"
+
+
+def _ranges(texts: Sequence[str]) -> dict[str, Distribution]:
+    """Returns the distributions of `key.path=LOW:HIGH` texts."""
+    found: dict[str, Distribution] = {}
+    for text in texts:
+        key, _, bounds = text.partition("=")
+        low, _, high = bounds.partition(":")
+        try:
+            distribution = Distribution("uniform", float(low), float(high))
+        except ValueError:
+            key = ""
+        if not key:
+            raise ConfigurationError(f"'{text}' is not of the form key.path=LOW:HIGH.")
+        if key in found:
+            raise ConfigurationError(f"{key} is varied twice; give --vary {key}=LOW:HIGH once.")
+        found[key] = distribution
+    return found
+
+
+def _distributions(data: Any) -> dict[str, Distribution]:
+    """Returns the distributions of a plan's YAML."""
+    if not isinstance(data, Mapping):
+        raise ConfigurationError(f"vary must be a mapping of key paths, not {data!r}.")
+    return {str(key): _distribution(str(key), value) for key, value in data.items()}
+
+
+def _distribution(key: str, data: Any) -> Distribution:
+    try:
+        ((kind, (first, second)),) = data.items()
+        return Distribution(str(kind), float(first), float(second))
+    except (AttributeError, TypeError, ValueError):
+        raise ConfigurationError(
+            f"{key} is varied by {data!r}; give {{uniform: [low, high]}} or "
+            f"{{normal: [mean, standard deviation]}}."
+        ) from None
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ConfigurationError(f"samples and seed must be whole numbers, not {value!r}.")
+    return value

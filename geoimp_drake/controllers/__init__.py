@@ -1,0 +1,1 @@
+"""Configurations, and the functions that make whole controllers for anybody's plant."""

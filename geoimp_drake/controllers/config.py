@@ -1,0 +1,218 @@
+"""Configurations as plain dataclasses: defaults that run, `validate()`, YAML through Drake.
+
+They are not frozen and do not check themselves when made, because Drake's `yaml_load_typed`
+fills them field by field; whoever uses one calls `validate()` first.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance, make_family
+from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
+from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.systems.arm.motion_controller import MotionController
+from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
+from geoimp_drake.systems.impedance_integrator import AXES, ImpedanceIntegrator
+from geoimp_drake.task_functions.config import TaskConfig
+from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, positive, spd_matrix
+
+__all__ = [
+    "ImpedanceConfig",
+    "ImpedanceControllerConfig",
+    "MotionConfig",
+    "RedundancyConfig",
+    "RotationGains",
+    "SamplingConfig",
+    "TranslationGains",
+]
+
+
+@dataclass
+class TranslationGains:
+    """Gains of (3.1), in W: one number for k I, three for the diagonal, or a 3×3 matrix."""
+
+    mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
+    damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
+    stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
+    principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
+
+
+@dataclass
+class RotationGains:
+    """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
+
+    mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
+    damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
+    stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
+    principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
+
+
+@dataclass
+class ImpedanceConfig:
+    """The six-DOF impedance; the defaults are those of the chapter's first experiment."""
+
+    translation: TranslationGains = field(default_factory=TranslationGains)
+    rotation: RotationGains = field(default_factory=RotationGains)
+    orientation: str = "quaternion"  # family
+    axes: str = "both"  # or translation, rotation, none: what is left out of C equals D
+    coupling: Array | None = None  # K_c (3×3) between rotation and translation, in D [N]
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        choice(self.orientation, "orientation", FAMILIES)
+        choice(self.axes, "impedance axes", AXES)
+        for part in ("translation", "rotation"):
+            self.gains(part)
+
+    def gains(self, part: str) -> tuple[Array, Array, Array]:
+        """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
+        gains: TranslationGains | RotationGains = getattr(self, part)
+        where = f"impedance.{part}"
+        stiffness = spd_matrix(gains.stiffness, f"{where}.stiffness")
+        if gains.principal_axes is not None:
+            if np.ndim(gains.stiffness) > 1:
+                raise ConfigurationError(
+                    f"{where}.stiffness is a matrix of shape {np.shape(gains.stiffness)}; with "
+                    f"{where}.principal_axes give the three stiffnesses along them."
+                )
+            stiffness = stiffness_from_principal_axes(gains.principal_axes, np.diag(stiffness))
+        mass = spd_matrix(gains.mass, f"{where}.mass")
+        return mass, spd_matrix(gains.damping, f"{where}.damping"), stiffness
+
+    def make_rotation(self) -> OrientationImpedance:
+        """Returns the orientation family with its gains."""
+        return make_family(self.orientation, *self.gains("rotation"))
+
+    def make(self) -> ImpedanceIntegrator:
+        """Returns the system."""
+        self.validate()
+        rotation = self.make_rotation()
+        return ImpedanceIntegrator(
+            *self.gains("translation"), rotation, self.axes, K_c=self.coupling
+        )
+
+
+@dataclass
+class MotionConfig:
+    """Gains of the inner motion loop (2.9), (2.15): each one number."""
+
+    K_Pp: float = 2025.0  # position [1/s²]
+    K_Dp: float = 65.0  # [1/s]
+    K_Po: float = 4500.0  # orientation [1/s²]
+    K_Do: float = 65.0  # [1/s]
+    orientation: str = "quaternion"  # orientation law
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        for name in ("K_Pp", "K_Dp", "K_Po", "K_Do"):
+            positive(getattr(self, name), f"motion.{name}")
+        choice(self.orientation, "motion.orientation", ORIENTATION_LAWS)
+
+    def make(self) -> MotionController:
+        """Returns the system."""
+        self.validate()
+        return MotionController(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
+
+
+@dataclass
+class SamplingConfig:
+    """How the joints are read."""
+
+    period: float = 1e-3  # [s]
+    velocity: str = "measured"  # or differenced, as with resolvers
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        positive(self.period, "sampling.period", "s")
+        choice(self.velocity, "sampling.velocity", ("measured", "differenced"))
+
+    def make(self, num_joints: int) -> VelocityEstimator:
+        """Returns the system."""
+        self.validate()
+        return VelocityEstimator(num_joints, self.period, self.velocity)
+
+
+@dataclass
+class RedundancyConfig:
+    """What an arm of more than six joints does with the rest; by default it comes to rest."""
+
+    K_n: Array = field(default_factory=lambda: np.array(20.0))  # gain of e_n [Nms/rad, Ns/m]
+    k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it
+    task: TaskConfig | None = None
+    weight: str = "inertia"  # or identity, matrix
+    weight_matrix: Array | None = None  # W (n×n) or its diagonal, for matrix
+    damping: SingularityDamping = field(default_factory=SingularityDamping)
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used.
+
+        What depends on the arm (sizes, names, limits) is checked by `make`.
+        """
+        _any_spd_matrix(self.K_n, "redundancy.K_n")
+        if not np.isfinite(self.k_beta):
+            raise ConfigurationError(f"redundancy.k_beta is {self.k_beta}; it must be finite.")
+        if self.task is not None:
+            self.task.validate("redundancy.task")
+        choice(self.weight, "redundancy.weight", ("inertia", "identity", "matrix"))
+        if (self.weight == "matrix") != (self.weight_matrix is not None):
+            raise ConfigurationError(
+                f"redundancy.weight is '{self.weight}' but redundancy.weight_matrix is "
+                f"{'not ' if self.weight_matrix is None else ''}given; they go together."
+            )
+        if self.weight_matrix is not None:
+            _any_spd_matrix(self.weight_matrix, "redundancy.weight_matrix")
+        self.damping.validate("redundancy.damping")
+
+    def make(self, model: ControlModel, task: TaskFunction | None = None) -> RedundancyResolver:
+        """Returns the system for an arm.
+
+        Args:
+            model: the arm.
+            task: a task function in the place of the configured one.
+
+        Raises:
+            ConfigurationError: a size, name or number does not fit the arm.
+        """
+        self.validate()
+        n = model.num_joints
+        weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
+        if task is None and self.task is not None:
+            task = self.task.make(model)
+        return RedundancyResolver(
+            model,
+            spd_matrix(self.K_n, "redundancy.K_n", n),
+            k_beta=self.k_beta,
+            task=task,
+            weight=weights[self.weight],
+            damping=self.damping,
+        )
+
+
+def _any_spd_matrix(value: Array, name: str) -> None:
+    """Raises ConfigurationError unless a gain is symmetric positive definite, of whatever size."""
+    spd_matrix(value, name, np.shape(value)[0] if np.ndim(value) else 1)
+
+
+@dataclass
+class ImpedanceControllerConfig:
+    """Everything of a single-arm impedance controller."""
+
+    impedance: ImpedanceConfig = field(default_factory=ImpedanceConfig)
+    motion: MotionConfig = field(default_factory=MotionConfig)
+    sampling: SamplingConfig = field(default_factory=SamplingConfig)
+    redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
+    fused: bool = True  # the inner loop is one system, see `ArmControl`; without numba never
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        self.impedance.validate()
+        self.motion.validate()
+        self.sampling.validate()
+        self.redundancy.validate()

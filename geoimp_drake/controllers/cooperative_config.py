@@ -1,0 +1,51 @@
+"""Configuration of two arms that hold one object; see config.py for what one arm needs."""
+
+from dataclasses import dataclass, field
+
+from geoimp_drake.controllers.config import (
+    ImpedanceConfig,
+    MotionConfig,
+    RedundancyConfig,
+    SamplingConfig,
+)
+from geoimp_drake.systems.cooperation.cooperative_kinematics import OBJECT_WRENCHES, ObjectLoad
+from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
+from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitorConfig
+from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.systems.cooperation.reference_hold import ReferenceHoldConfig
+from geoimp_drake.validation import choice
+
+__all__ = ["CooperativeControllerConfig"]
+
+
+@dataclass
+class CooperativeControllerConfig:
+    """Everything of a controller of two arms that hold one object."""
+
+    impedance: ImpedanceConfig = field(default_factory=ImpedanceConfig)  # of the object
+    motion: MotionConfig = field(default_factory=MotionConfig)  # of each hand
+    sampling: SamplingConfig = field(default_factory=SamplingConfig)
+    redundancy_1: RedundancyConfig = field(default_factory=RedundancyConfig)
+    redundancy_2: RedundancyConfig = field(default_factory=RedundancyConfig)
+    load: ObjectLoad = field(default_factory=ObjectLoad)
+    wrench: str = "grasp-matrix"  # of the object; or printed, as (4.6)
+    mutual_pose: MutualPose | None = None  # of the grasp; by default that at the start
+    internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
+    monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
+    opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
+    fused: bool = True  # one system, see `CooperativeControl`; without numba never
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        self.impedance.validate()
+        self.motion.validate()
+        self.sampling.validate()
+        self.redundancy_1.validate()
+        self.redundancy_2.validate()
+        self.load.validate("load")
+        choice(self.wrench, "wrench", OBJECT_WRENCHES)
+        if self.mutual_pose is not None:
+            self.mutual_pose.validate("mutual_pose")
+        self.internal.validate("internal", self.sampling.period)
+        self.monitor.validate("monitor")
+        self.opened.validate("opened")

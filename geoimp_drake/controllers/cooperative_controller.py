@@ -1,0 +1,230 @@
+"""Two arms that hold one object: the object, not the hands, gets the impedance."""
+
+from collections.abc import Sequence
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
+from geoimp_drake.controllers.inner_loop import arm_blocks, arm_can_be_fused, make_inner_loop
+from geoimp_drake.controllers.object_loop import (
+    OBJECT_PORTS,
+    REFERENCE_PORTS,
+    WATCH_PORTS,
+    make_object_loop,
+    object_blocks,
+    object_can_be_fused,
+)
+from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
+from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
+from geoimp_drake.task_functions.task_function import TaskFunction
+
+__all__ = ["make_cooperative_controller"]
+
+
+def make_cooperative_controller(
+    plant: MultibodyPlant,
+    model_instances: Sequence[ModelInstanceIndex],
+    end_effector_frames: Sequence[Frame],
+    config: CooperativeControllerConfig | None = None,
+    *,
+    loads: Sequence[ModelInstanceIndex] = (),
+    task_functions: Sequence[TaskFunction | None] = (None, None),
+    sensors: Sequence[WristSensor] = (),
+) -> System:
+    """Makes a controller of two arms of `plant` that hold one object tightly.
+
+    The object behaves as a mass, damper and spring about the desired motion: by (3.1) and (3.30),
+    or the orientation family of the configuration. The hands follow the references (4.10)-(4.15);
+    unless switched off, an impedance on the internal wrench bounds the squeezing, and both hands
+    come to rest when a grasp opens.
+
+    ```
+    desired_motion ─────────────▶ impedance ──C──▶ references ─▶ hold ─▶ arm_1, arm_2 ─▶ actuation
+                     object ▲ wrench ▲ motion       ▲ mutual      ▲          ▲
+    wrench_1, _2 ──▶ kinematics ─────┘     internal_impedance   monitor      │
+                       ▲      └─ internal wrench ──▶┘             ▲          │
+                       │                                     wrench_1, _2    │
+    estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
+    ```
+
+    All of it is one system, `CooperativeControl`, unless `config.fused` is off: the same laws with
+    fewer calls into Python. Wrist sensors whose period is that of `config.sampling` are part of it.
+
+    Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
+    in (2.3), the load that it carries included; the object's weight and inertial load are removed
+    from the impedance's wrench alone. The object's frame O (4.1), (4.4) is halfway between the
+    end-effector frames, which may be any frames fixed in the hands; C starts at rest on its
+    measured pose, so place the desired motion by `object_motion`.
+
+    Args:
+        plant: finalized, contains both arms at any base poses; what else it contains is ignored.
+        model_instances: the two arms, six or more joints each with an actuator each.
+        end_effector_frames: E of each arm, in the same order.
+        config: gains, grasp, object and sampling.
+        loads: model instances that hang on a hand but are not part of its arm's model: their weight
+            stays in the measured wrench.
+        task_functions: of redundant arms, in the place of the configured ones.
+        sensors: of both wrists, in the same order, from `wrist_sensor_at` on the real plant. With
+            them the controller reads the plant's reaction forces itself, which costs less than
+            sensors beside it; connect it by `connect_wrist_sensors`.
+
+    Returns:
+        A system with these ports.
+
+        input estimated_state_1: [q; v] of the first arm of n joints, in the plant's order (2n)
+        input estimated_state_2: the same of the second (2n)
+        input desired_motion: of D, the object's, in W, see `frame_motion` (19)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
+        input wrench_1: h = [μ; f] by the first hand on its environment, about Eo, in W (6)
+        input wrench_2: the same by the second (6)
+        output compliant_motion: of C, the object's, in W (19)
+        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
+        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
+        output object_motion: of O in W as the joint readings tell; accelerations are zero (19)
+        output object_wrench: by the object on its environment, about Oo, in W (6)
+        output internal_wrench: ½(h_2 − h_1), in W (6)
+        output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
+        output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21 (19)
+        output reference_motion_1: what the first hand follows, in W (19)
+        output reference_motion_2: what the second hand follows (19)
+        output last_reference_motion_1: the first when the last step began; a held state (19)
+        output last_reference_motion_2: the same of the second (19)
+        output opened: which grasps have opened, and when, see `GraspMonitor` (3)
+        output release: which grippers are to open, see `ReferenceHold` (2)
+        output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
+        output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
+        output peak_effort_1: largest torque so far as a fraction of the limit (n)
+        output actuation_2: the same of the second (n)
+        output measured_motion_2: the same of the second (19)
+        output peak_effort_2: the same of the second (n)
+
+        With the monitor switched off there are no ports `opened` and `release`. With sensors,
+        inputs for what the plant says (`reaction_forces`, `state` and what else they read) take the
+        place of `wrench_1` and `wrench_2`; there are outputs `wrench_1`, `wrench_true_1` and
+        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second; and there are
+        no outputs `last_reference_motion_1` and `_2`, which are for sensors beside it.
+
+    Raises:
+        ModelError: the plant does not contain such arms.
+        ConfigurationError: the configuration cannot be used, or there are not two sensors.
+    """
+    config = config or CooperativeControllerConfig()
+    config.validate()
+    if sensors and len(sensors) != 2:
+        raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
+    if len(task_functions) != 2:
+        raise ConfigurationError(
+            f"There are {len(task_functions)} task functions; give one for each of the two arms, "
+            f"None for the configured one."
+        )
+    models = _models(plant, model_instances, end_effector_frames, loads)
+    gravity = plant.gravity_field().gravity_vector()
+    # What `arm_blocks` and `make_inner_loop` take of each arm.
+    arms = [
+        (model, config.motion, config.sampling, redundancy, task)
+        for model, redundancy, task in zip(
+            models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
+        )
+    ]
+    if config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config):
+        # Sensors with a period of their own are a system of their own.
+        within = sensors if _periods(sensors) == {config.sampling.period} else ()
+        blocks = object_blocks(config, gravity)
+        controller: System = CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms], within)
+    else:
+        within = ()
+        held = make_object_loop(config, gravity)
+        loops = [make_inner_loop(*arm, fused=config.fused) for arm in arms]
+        controller = _of_three(held, loops, config.monitor.enabled)
+    if sensors and not within:
+        controller = _with_sensors(controller, sensors)
+    names = [plant.GetModelInstanceName(instance) for instance in model_instances]
+    controller.set_name(f"{'_'.join(names)}_cooperative_controller")
+    return controller
+
+
+def _models(
+    plant: MultibodyPlant,
+    model_instances: Sequence[ModelInstanceIndex],
+    frames: Sequence[Frame],
+    loads: Sequence[ModelInstanceIndex],
+) -> list[ControlModel]:
+    if len(model_instances) != 2 or len(frames) != 2:
+        raise ModelError(
+            f"Two arms hold one object, but there are {len(model_instances)} model instances and "
+            f"{len(frames)} end-effector frames; give two of each, in the same order."
+        )
+    if model_instances[0] == model_instances[1]:
+        raise ModelError(
+            f"Both arms are '{plant.GetModelInstanceName(model_instances[0])}'; give two."
+        )
+    return [
+        ControlModel.of_arm(plant, instance, E, without=loads)
+        for instance, E in zip(model_instances, frames, strict=True)
+    ]
+
+
+def _periods(sensors: Sequence[WristSensor]) -> set[float]:
+    return {sensor.config.period for sensor in sensors}
+
+
+def _with_sensors(control: System, sensors: Sequence[WristSensor]) -> Diagram:
+    """Returns a controller with the wrist sensors before it."""
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("control", control)
+    measured = builder.AddNamedSystem(
+        "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=True)
+    )
+    for k in range(1, len(sensors) + 1):
+        builder.Connect(measured.GetOutputPort(f"wrench_{k}"), control.GetInputPort(f"wrench_{k}"))
+        builder.Connect(
+            control.GetOutputPort(f"last_reference_motion_{k}"),
+            measured.GetInputPort(f"reference_motion_{k}"),
+        )
+    for system in (control, measured):
+        for port in map(system.get_input_port, range(system.num_input_ports())):
+            if not port.get_name().startswith(("wrench_", "reference_motion_")):
+                builder.ExportInput(port, port.get_name())
+        for port in map(system.get_output_port, range(system.num_output_ports())):
+            if not port.get_name().startswith("last_reference_motion_"):
+                builder.ExportOutput(port, port.get_name())
+    return builder.Build()
+
+
+def _of_three(held: System, loops: Sequence[System], is_watched: bool) -> Diagram:
+    """Returns the object's part and both arms', with the ports that the one system has."""
+    builder = DiagramBuilder()
+    arms = [builder.AddNamedSystem(f"arm_{k}", loop) for k, loop in enumerate(loops, 1)]
+    builder.AddNamedSystem("object", held)
+    for k, arm in enumerate(arms, 1):
+        # O and its wrench are those of the hands; the grasp starts as they are.
+        builder.Connect(
+            arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
+        )
+        # The inner loops track the references in the place of D.
+        builder.Connect(
+            held.GetOutputPort(f"reference_motion_{k}"), arm.GetInputPort("reference_motion")
+        )
+    _export_inputs(builder, arms, held)
+    for port in (*OBJECT_PORTS, *REFERENCE_PORTS, *(WATCH_PORTS if is_watched else ())):
+        builder.ExportOutput(held.GetOutputPort(port), port)
+    for k, arm in enumerate(arms, 1):
+        for port in ("actuation", "measured_motion", "peak_effort"):
+            builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
+    return builder.Build()
+
+
+def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System) -> None:
+    """Exports the inputs; the wrench of a hand goes to the object, and to its arm for (2.3)."""
+    for k, arm in enumerate(arms, 1):
+        builder.ExportInput(arm.GetInputPort("estimated_state"), f"estimated_state_{k}")
+    for port in ("desired_motion", "stiffness_scale"):
+        builder.ExportInput(held.GetInputPort(port), port)
+    for k, arm in enumerate(arms, 1):
+        builder.ExportInput(held.GetInputPort(f"wrench_{k}"), f"wrench_{k}")
+        builder.ConnectInput(f"wrench_{k}", arm.GetInputPort("wrench"))

@@ -1,0 +1,85 @@
+"""The solution of a few linear equations, and the inverse of an inertia; floats only.
+
+As written they call LAPACK. Compiled they are eliminated here: for six or seven equations numba's
+way to LAPACK takes longer to compile than the laws that need it, and longer to run.
+"""
+
+import numpy as np
+
+from geoimp_drake.compilation.compiled import compilable, compilable_as
+from geoimp_drake.compilation.small_arrays import sized_like, stored
+from geoimp_drake.typing import Array
+
+__all__ = ["inverse", "solution"]
+
+
+@compilable
+def _eliminate(A: Array, B: Array, exchanges_rows: bool) -> None:
+    """Turns A into an upper triangle and B into A⁻¹B in their place, after Gauss."""
+    n, columns = B.shape
+    for k in range(n):
+        pivot = k
+        if exchanges_rows:
+            for i in range(k + 1, n):
+                if abs(A[i, k]) > abs(A[pivot, k]):
+                    pivot = i
+        if A[pivot, k] == 0.0:
+            raise np.linalg.LinAlgError("Singular matrix")
+        for j in range(k, n):
+            A[k, j], A[pivot, j] = A[pivot, j], A[k, j]
+        for j in range(columns):
+            B[k, j], B[pivot, j] = B[pivot, j], B[k, j]
+        for i in range(k + 1, n):
+            part = A[i, k] / A[k, k]
+            for j in range(k, n):
+                A[i, j] -= part * A[k, j]
+            for j in range(columns):
+                B[i, j] -= part * B[k, j]
+    for i in range(n - 1, -1, -1):
+        for j in range(columns):
+            rest = B[i, j]
+            for k in range(i + 1, n):
+                rest -= A[i, k] * B[k, j]
+            B[i, j] = rest / A[i, i]
+
+
+def _eliminated_solution(A: Array, b: Array) -> Array:
+    x = stored(b).copy()
+    _eliminate(stored(A).copy(), x.reshape(-1, 1), True)
+    return sized_like(x, b)
+
+
+def _eliminated_inverse(A: Array) -> Array:
+    triangle = stored(A).copy()
+    X = np.eye(len(triangle))
+    _eliminate(triangle, X, False)
+    return sized_like(X, A)
+
+
+@compilable_as(_eliminated_solution)
+def solution(A: Array, b: Array) -> Array:
+    """Returns x (n,) with A x = b.
+
+    Args:
+        A: square matrix (n, n).
+        b: right-hand side (n,).
+
+    Raises:
+        numpy.linalg.LinAlgError: A is exactly singular.
+    """
+    return np.linalg.solve(A, b)
+
+
+@compilable_as(_eliminated_inverse)
+def inverse(A: Array) -> Array:
+    """Returns A⁻¹ (n, n) of a symmetric positive definite matrix.
+
+    Its diagonal serves as pivots, whatever the units of its rows, such as metres and radians.
+
+    Args:
+        A: symmetric positive definite (n, n).
+
+    Raises:
+        numpy.linalg.LinAlgError: A is exactly singular.
+    """
+    return np.linalg.inv(A)

@@ -1,0 +1,130 @@
+"""The six-DOF impedance solved for the motion of C: translation and rotation in one call."""
+
+from collections.abc import Callable
+from functools import cache
+
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.laws.frame_motion import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    LINEAR_ACCELERATION,
+    LINEAR_VELOCITY,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    is_finite,
+    is_frame_motion,
+)
+from geoimp_drake.laws.impedance.coupled_stiffness import without_coupling
+from geoimp_drake.laws.impedance.translational_impedance import compliant_acceleration
+from geoimp_drake.rotations.quaternion import normalized, rate
+from geoimp_drake.typing import Array
+
+__all__ = ["compliant_motion", "frame_state_rate", "has_diverged"]
+
+# No arm is that far away or that fast [m, rad, m/s, rad/s].
+_DIVERGED = 1e6
+
+
+@compilable
+def has_diverged(state: Array) -> bool:
+    """Whether an entry of the state of C (13,) is beyond all reason, or NaN; floats only."""
+    within = True
+    for entry in state:
+        within = within and abs(entry) < _DIVERGED
+    return not within
+
+
+@compilable
+def frame_state_rate(motion: Array, state_rate: Array) -> None:
+    """Writes the derivative of a frame's state (13,): Q̇ = ½ [−εᵀ; E(η, ε)] ω, ṗ = v, ω̇ and v̇.
+
+    Args:
+        motion: of the frame (19,).
+        state_rate: where to write.
+    """
+    C = sized(motion, FRAME_MOTION_SIZE)
+    state_rate[QUATERNION] = rate(C[QUATERNION], C[ANGULAR_VELOCITY])
+    state_rate[POSITION] = C[LINEAR_VELOCITY]
+    state_rate[VELOCITY] = C[ACCELERATION]
+
+
+@cache
+def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[..., bool]:
+    """Returns the law of the six-DOF impedance for a family of orientations.
+
+    Args:
+        angular_acceleration: the family's law, solved for ω̇_c; see
+            `orientation_impedance.OrientationImpedance.law`.
+    """
+
+    def law(
+        state: Array,
+        desired: Array,
+        wrench: Array,
+        translation: Array,
+        rotation: Array,
+        coupling: Array,
+        parts: Array,
+        motion: Array,
+    ) -> bool:
+        """Writes the motion of C; says whether it could. Floats only.
+
+        Args:
+            state: of C, a frame motion without its accelerations (13,).
+            desired: motion of D (19,).
+            wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6,).
+            translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W; with a coupling, K_p is in D.
+            rotation: M_o⁻¹, D_o and K_o (3, 3, 3).
+            coupling: K_c (3, 3), in D [N].
+            parts: whether translation, rotation and coupling take part (3,); what has no
+                impedance follows D.
+            motion: of C (19,), where to write.
+        """
+        if not is_frame_motion(desired) or not is_finite(wrench) or has_diverged(state):
+            return False
+        D, C, h = (
+            sized(desired, FRAME_MOTION_SIZE),
+            sized(state, FRAME_STATE_SIZE),
+            sized(wrench, 6),
+        )
+        motion[:FRAME_MOTION_SIZE] = D  # which what has no impedance follows
+        Q_WD, Q_WC, dp = D[QUATERNION], normalized(C[QUATERNION]), D[POSITION] - C[POSITION]
+        h, K_p = sized(wrench, 6), sized(translation[2], 3, 3)
+        moment, force = h[:3], h[3:]
+        if parts[2]:
+            K_c = sized(coupling, 3, 3)
+            moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, K_c)
+        if parts[1]:
+            motion[QUATERNION] = Q_WC
+            motion[ANGULAR_VELOCITY] = C[ANGULAR_VELOCITY]
+            motion[ANGULAR_ACCELERATION] = angular_acceleration(
+                Q_WD,
+                D[ANGULAR_VELOCITY],
+                D[ANGULAR_ACCELERATION],
+                Q_WC,
+                C[ANGULAR_VELOCITY],
+                moment,
+                sized(rotation[0], 3, 3),
+                sized(rotation[1], 3, 3),
+                sized(rotation[2], 3, 3),
+            )
+        if parts[0]:
+            motion[POSITION] = C[POSITION]
+            motion[LINEAR_VELOCITY] = C[LINEAR_VELOCITY]
+            motion[LINEAR_ACCELERATION] = compliant_acceleration(
+                D[LINEAR_ACCELERATION],
+                D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY],
+                dp,
+                force,
+                sized(translation[0], 3, 3),
+                sized(translation[1], 3, 3),
+                K_p,
+            )
+        return True
+
+    return law

@@ -1,0 +1,104 @@
+"""What every family of rotational impedances can do, whatever represents the displacement."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+
+from geoimp_drake.laws.impedance import angle_axis_impedance
+from geoimp_drake.typing import Array
+
+__all__ = ["OrientationImpedance", "overrides"]
+
+
+class OrientationImpedance(ABC):
+    """A rotational impedance M_o ẍ + D_o ẋ + K(x) = m, in the coordinates x of its family.
+
+    x is the displacement (Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc), the velocity ẋ is the one dual to the
+    family's moment m (Δφ̇_dc, φ̇_dc or Δᶜω_dc), and m is Tᵀ(φ_c)μ, Tᵀ(φ_dc)ᶜμ or ᶜμ. So for every
+    family d(kinetic + potential)/dt = supplied power − dissipated power, also while D moves.
+
+    Every method takes the state common to all families, in W: orientations `Q_WD`, `Q_WC` as unit
+    quaternions (4,), angular velocities `w_WD`, `w_WC` (3,) [rad/s], and the moment `mu_W` (3,)
+    [Nm] by the end effector on the environment. Nothing is stored but the parameters.
+
+    Attributes:
+        name: the family's name in scenarios.
+        law: what `angular_acceleration` computes, as a function of the same arguments followed by
+            `M_inv`, `D_o` and `K_o`; it can be compiled.
+        M_o: inertia (3, 3) [kg m²], symmetric positive definite.
+        M_inv: its inverse.
+        D_o: damping (3, 3) [Nms/rad], symmetric positive definite.
+        K_o: stiffness (3, 3) [Nm/rad], symmetric positive definite.
+    """
+
+    name: str
+    law: Callable[..., Array]
+
+    def __init__(self, M_o: Array, D_o: Array, K_o: Array) -> None:
+        self.M_o, self.D_o, self.K_o = M_o, D_o, K_o
+        self.M_inv = np.linalg.inv(M_o)
+
+    def angular_acceleration(
+        self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
+    ) -> Array:
+        """ω̇_c (3,), in W [rad/s²]: the family's law solved for the acceleration of C."""
+        return self.law(Q_WD, w_WD, dw_WD, Q_WC, w_WC, mu_W, self.M_inv, self.D_o, self.K_o)
+
+    @abstractmethod
+    def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
+        """X (3,): Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc."""
+
+    @abstractmethod
+    def dual_velocity(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> Array:
+        """The velocity dual to the family's moment (3,) [rad/s]: Δφ̇_dc, φ̇_dc or Δᶜω_dc."""
+
+    @abstractmethod
+    def generalized_moment(self, Q_WD: Array, Q_WC: Array, mu_W: Array) -> Array:
+        """The right side of the family's law (3,) [Nm]: Tᵀ(φ_c)μ, Tᵀ(φ_dc)ᶜμ or ᶜμ."""
+
+    @abstractmethod
+    def elastic_moment(self, Q_WD: Array, Q_WC: Array) -> Array:
+        """The elastic term of the family's law (3,) [Nm], as generalized as its right side."""
+
+    @abstractmethod
+    def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
+        """The moment `mu_W` (3,), in W [Nm], that holds the spring at rest."""
+
+    @abstractmethod
+    def potential_energy(self, Q_WD: Array, Q_WC: Array) -> float:
+        """The energy in the spring [J]."""
+
+    def kinetic_energy(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> float:
+        """(3.15) ½ẋᵀM_oẋ [J]."""
+        x_dot = self.dual_velocity(Q_WD, w_WD, Q_WC, w_WC)
+        return angle_axis_impedance.kinetic_energy(x_dot, self.M_o)
+
+    def dissipated_power(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> float:
+        """(3.21) ẋᵀD_oẋ [W], never negative."""
+        x_dot = self.dual_velocity(Q_WD, w_WD, Q_WC, w_WC)
+        return np.dot(x_dot, angle_axis_impedance.damping_moment(x_dot, self.D_o))
+
+    def supplied_power(
+        self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array
+    ) -> float:
+        """(3.17) mᵀẋ [W], the power of the moment on its dual velocity; ᶜμᵀΔᶜω for (3.22)."""
+        x_dot = self.dual_velocity(Q_WD, w_WD, Q_WC, w_WC)
+        return np.dot(self.generalized_moment(Q_WD, Q_WC, mu_W), x_dot)
+
+    def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
+        """cond(T) of the Euler families, 1 for the others: the loss near a singularity."""
+        return 1.0
+
+    def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:  # noqa: B027 - most attitudes are fine
+        """Refuses attitudes at which the family is not defined; the quaternion takes them all.
+
+        Raises:
+            SingularityError: |cos pitch| < 1e-3 in an Euler family.
+            OutOfDomainError: the relative orientation has reached ϑ_M of an angle/axis family.
+        """
+
+
+def overrides(family: OrientationImpedance, method: str) -> bool:
+    """Whether a family has its own version of a method that all families share."""
+    return getattr(type(family), method) is not getattr(OrientationImpedance, method)

@@ -1,0 +1,1 @@
+"""The inner motion loop and the torques: (2.3)-(2.15)."""

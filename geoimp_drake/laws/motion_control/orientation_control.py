@@ -1,0 +1,42 @@
+"""The orientation laws of the inner loop by name, one signature for all.
+
+An entry is called as `law(Q_WD, w_WD, dw_WD, Q_WE, w_WE, K_D, K_P)` and returns a_o (3,) in W. To
+track C instead of D, give C's motion: one wire changes, no law does. Where the chosen error is not
+defined is decided by `families.make_family(name, …).check_domain(Q_WD, Q_WE)`.
+"""
+
+from collections.abc import Callable
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_control import (
+    alternative_euler_control,
+    angle_axis_control,
+    euler_control,
+    quaternion_control,
+)
+from geoimp_drake.rotations.angle_axis import REPRESENTATIONS
+from geoimp_drake.typing import Array
+
+__all__ = ["ORIENTATION_LAWS", "orientation_law"]
+
+ORIENTATION_LAWS: dict[str, Callable[..., Array]] = {
+    "quaternion": quaternion_control.orientation_acceleration,
+    "classical-euler": euler_control.orientation_acceleration,
+    "alternative-euler": alternative_euler_control.orientation_acceleration,
+    **{
+        f"angle-axis-{row.name}": angle_axis_control.orientation_acceleration(row)
+        for row in REPRESENTATIONS.values()
+    },
+}
+
+
+def orientation_law(name: str) -> Callable[..., Array]:
+    """The law (2.10), (2.12), (2.13) or (2.15) called `name`.
+
+    Raises:
+        ConfigurationError: there is no such law; the message lists the names.
+    """
+    if name not in ORIENTATION_LAWS:
+        names = ", ".join(ORIENTATION_LAWS)
+        raise ConfigurationError(f"no orientation law is called {name!r}: use one of {names}.")
+    return ORIENTATION_LAWS[name]

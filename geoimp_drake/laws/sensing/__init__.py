@@ -1,0 +1,1 @@
+"""From a reaction force to the wrench of the laws."""

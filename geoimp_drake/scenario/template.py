@@ -1,0 +1,149 @@
+"""A scenario as commented YAML, to be edited: each key with what its field's comment says."""
+
+import ast
+import dataclasses
+import inspect
+import io
+import textwrap
+import tokenize
+import typing
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.scenario.loading import field_types, plain_data, without_optional
+
+__all__ = ["commented_yaml", "write_template"]
+
+
+def write_template(file: Path, base: Any, name: str) -> None:
+    """Writes the whole scenario of an experiment, commented, as one of your own.
+
+    Args:
+        file: to be written; one that is there is not touched.
+        base: the experiment.
+        name: that the scenario gets as its experiment.
+
+    Raises:
+        ConfigurationError: the file is there already, or cannot be written.
+    """
+    scenario = base.scenario()
+    scenario.experiment = name
+    header = (
+        f"# Your own experiment, to begin with that of `geoimp run {base.name}`. SI units.\n"
+        f"# Run it:  geoimp run --scenario {file}\n"
+        f"# A key that is left out has its default; an unknown one is refused.\n"
+    )
+    try:
+        with file.open("x", encoding="utf-8") as out:
+            out.write(header + commented_yaml(scenario))
+    except FileExistsError:
+        raise ConfigurationError(
+            f"{file} is there already; give another name, or remove it first."
+        ) from None
+    except OSError as error:
+        raise ConfigurationError(f"{file} cannot be written: {error.strerror}.") from None
+
+
+def commented_yaml(scenario: Any) -> str:
+    """Returns a scenario as YAML with a comment at every key whose field has one.
+
+    The comments are those that stand behind the fields of the dataclasses, or above them.
+    """
+    return "\n".join(_mapping(type(scenario), plain_data(scenario))) + "\n"
+
+
+def _mapping(schema: Any, data: dict[str, Any]) -> list[str]:
+    """Returns the lines of a mapping, without indentation."""
+    types = field_types(schema) or {}
+    comments = _comments(schema)
+    lines = []
+    for key, value in data.items():
+        lines += _commented(
+            _entry(key, without_optional(types.get(key, Any)), value), comments[key]
+        )
+    # A key that is not given has no value to be shown.
+    for key in [key for key in types if key not in data]:
+        lines += _commented([f"# {key}:"], comments[key])
+    return lines
+
+
+def _commented(lines: list[str], comment: str) -> list[str]:
+    return [f"{lines[0]} # {comment}", *lines[1:]] if comment else lines
+
+
+def _entry(key: str, schema: Any, value: Any) -> list[str]:
+    """Returns the lines of one key, without its comment."""
+    if isinstance(value, dict) and value and field_types(schema):
+        return [f"{key}:", *_indented(_mapping(schema, value))]
+    if isinstance(value, dict) and value and typing.get_origin(schema) is dict:
+        nested = dict.fromkeys(value, typing.get_args(schema)[1])
+        return [f"{key}:", *_indented(_items(nested, value))]
+    if isinstance(value, list) and value and typing.get_origin(schema) is list:
+        inner = typing.get_args(schema)[0]
+        if field_types(inner):
+            return [f"{key}:", *(line for item in value for line in _item(inner, item))]
+    return [f"{key}: {_leaf(value)}"]
+
+
+def _items(schemas: dict[str, Any], data: dict[str, Any]) -> list[str]:
+    return [line for key, value in data.items() for line in _entry(key, schemas[key], value)]
+
+
+def _item(schema: Any, value: dict[str, Any]) -> list[str]:
+    first, *rest = _mapping(schema, value)
+    return [f"  - {first}", *_indented(_indented(rest))]
+
+
+def _indented(lines: list[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
+
+
+def _leaf(value: Any) -> str:
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True)
+    return text.strip().removesuffix("...").strip()
+
+
+def _comments(schema: Any) -> defaultdict[str, str]:
+    """Returns the comments of a dataclass's fields, of its bases, too; empty for other schemas."""
+    found: defaultdict[str, str] = defaultdict(str)
+    for cls in reversed(schema.__mro__):
+        if dataclasses.is_dataclass(cls):
+            found |= _own_comments(cls)
+    return found
+
+
+def _own_comments(cls: Any) -> dict[str, str]:
+    source = textwrap.dedent(inspect.getsource(cls))
+    by_line = {
+        token.start[0]: token.string.lstrip("# ")
+        for token in tokenize.generate_tokens(io.StringIO(source).readline)
+        if token.type == tokenize.COMMENT
+    }
+    lines = source.splitlines()
+    definition = ast.parse(source).body[0]
+    found = {}
+    for node in getattr(definition, "body", []):
+        if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
+            continue
+        inside = [
+            by_line[n]
+            for n in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+            if n in by_line
+        ]
+        above = _above(node.lineno - 1, by_line, lines)
+        if comment := " ".join(inside or above):
+            found[node.target.id] = comment
+    return found
+
+
+def _above(line: int, by_line: dict[int, str], lines: list[str]) -> list[str]:
+    """Returns the comments on the lines of their own that end at a line."""
+    found: list[str] = []
+    while line in by_line and lines[line - 1].lstrip().startswith("#"):
+        found.insert(0, by_line[line])
+        line -= 1
+    return found

@@ -1,0 +1,146 @@
+"""A run's log as a labelled data set: named dimensions, named components, units."""
+
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.scenario.loading import read_yaml
+from geoimp_drake.systems.frame_motion import FrameMotion
+from geoimp_drake.typing import Array
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+__all__ = ["load_log"]
+
+# What the components of one dimension are: their names, each with its unit.
+_Components = dict[str, str]
+
+_MOTION_UNITS = {
+    "quaternion": "1",
+    "position": "m",
+    "angular_velocity": "rad/s",
+    "linear_velocity": "m/s",
+    "angular_acceleration": "rad/s^2",
+    "linear_acceleration": "m/s^2",
+}
+_MOTION = {name: _MOTION_UNITS[name[:-2]] for name in FrameMotion.get_fields()}
+_WRENCH = {f"moment_{c}": "N m" for c in "xyz"} | {f"force_{c}": "N" for c in "xyz"}
+_PLANE = {"normal_x": "1", "normal_y": "1", "normal_z": "1", "offset": "m"}
+_POINT = dict.fromkeys("xyz", "m")
+
+# A joint's coordinate is an angle, but that of a track is a length.
+_JOINT = {
+    "q": ("rad", "m"),
+    "set_point": ("rad", "m"),
+    "v": ("rad/s", "m/s"),
+    "u": ("N m", "N"),
+}
+_ON_TRACK = "seven"
+
+
+def load_log(path: str | Path) -> "Dataset":
+    """Opens the log of a run as a labelled data set.
+
+    For instance `load_log("out")["six/wrench"].sel(wrench="force_z").plot()`.
+
+    Each key of the log is a variable over `time` [s] and one dimension of named components:
+    `motion` (quaternion_w … linear_acceleration_z), `wrench` (moment_x … force_z), `six_joint`,
+    `seven_joint`, `plane`, `point`. The attribute `units` is the variable's; where its components
+    differ it has each of them once, and the coordinate `motion_units` (`wrench_units`, …,
+    `seven/q_units`) has them one by one.
+
+    Args:
+        path: the folder of a run, or its log.npz.
+
+    Returns:
+        The data set; its attributes `scenario` and `metrics` are what lies beside the log.
+
+    Raises:
+        ConfigurationError: there is no such log, it cannot be read, or the extra `data` is missing.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise ConfigurationError(
+            "A labelled log needs the package xarray: pip install 'geoimp-drake[data]'."
+        ) from None
+    file = Path(path) / "log.npz" if Path(path).is_dir() else Path(path)
+    log = _read(file)
+    t = log.pop("t")
+    coordinates: dict[str, Any] = {"time": ("time", t, {"units": "s"})}
+    variables = {}
+    for key, values in log.items():
+        # What changes with time has it as its first axis; constants are vectors.
+        dimensions = ("time",) if values.ndim > 1 else ()
+        name, components = _components(key, values.shape[-1])
+        units = list(components.values())
+        attributes = {"units": ", ".join(dict.fromkeys(units))} if any(units) else {}
+        variables[key] = ((*dimensions, name), values, attributes)
+        coordinates[name] = list(components)
+        if len(set(units)) > 1:
+            # Joints have other units in q than in v.
+            owner = key if name.endswith("_joint") else name
+            coordinates[f"{owner}_units"] = (name, units)
+    return xarray.Dataset(variables, coordinates, attrs=_beside(file))
+
+
+def _read(file: Path) -> dict[str, Array]:
+    try:
+        with file.open("rb") as stream:
+            log = np.load(stream)
+            arrays = {key: log[key] for key in getattr(log, "files", ())}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise ConfigurationError(f"The log {file} cannot be read: {error}") from error
+    if "t" not in arrays:
+        raise ConfigurationError(
+            f"{file} has no times 't' and is no log of a run; it has: "
+            f"{', '.join(arrays) or 'nothing'}."
+        )
+    return arrays
+
+
+def _components(key: str, size: int) -> tuple[str, _Components]:
+    """Returns the dimension of a variable's components, their names and units."""
+    owner, _, what = key.rpartition("/")
+    known = {
+        "motion": ("motion", _MOTION),
+        "wrench": ("wrench", _WRENCH),
+        "plane": ("plane", _PLANE),
+        "disk": ("point", _POINT),
+    }
+    if what in _JOINT:
+        return f"{owner}_joint", _joints(owner, what, size)
+    dimension, components = known.get(what.partition("_")[0], ("", {}))
+    if len(components) == size:
+        return dimension, components
+    return f"{key}/component", {str(k): "" for k in range(size)}
+
+
+def _joints(arm: str, what: str, size: int) -> _Components:
+    turning, sliding = _JOINT[what]
+    if arm != _ON_TRACK:
+        return {f"joint_{k + 1}": turning for k in range(size)}
+    return {"track": sliding} | {f"joint_{k}": turning for k in range(1, size)}
+
+
+def _beside(file: Path) -> dict[str, Any]:
+    """Returns the scenario and the metrics of the same run."""
+    readers: dict[str, Callable[[Path], Any]] = {
+        "scenario.yaml": read_yaml,
+        "metrics.json": _read_json,
+    }
+    found = {Path(name).stem: file.with_name(name) for name in readers}
+    return {stem: readers[path.name](path) for stem, path in found.items() if path.is_file()}
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{path} cannot be read: {error}") from error

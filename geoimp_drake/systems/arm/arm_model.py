@@ -1,0 +1,87 @@
+"""One evaluation of the arm per step: kinematics and dynamics for every block that needs them."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, ValueProducer
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.state import ArmState, evaluate_arm
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.laws.frame_motion import is_finite
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.frame_motion import (
+    FRAME_MOTION_SIZE,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    check_signal,
+    frame_motion_vector,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["ArmModel"]
+
+
+class ArmModel(Block):
+    """Evaluates the control model of an arm once for each state that it is given.
+
+    Ports:
+        input state: [q; v] of the model instance, in its own order (2n)
+        output arm: ArmState, in the control model's joint order
+        output motion_E: the measured motion of E in W; accelerations are not measured: zero (19)
+    """
+
+    def __init__(self, model: ControlModel):
+        super().__init__()
+        self._model = model
+        self._from_rotation = compiled(quaternion.from_rotation)
+        n = model.num_joints
+        self._state = self.DeclareVectorInputPort("state", 2 * n)
+        self._scratch = self.DeclareCacheEntry(
+            "scratch context of the control model",
+            ValueProducer(
+                lambda: AbstractValue.Make(model.plant.CreateDefaultContext()),
+                lambda context, value: None,
+            ),
+            {self.nothing_ticket()},
+        )
+        self._arm = self.DeclareAbstractOutputPort(
+            "arm",
+            lambda: AbstractValue.Make(object()),
+            self._calc_arm,
+            {self.input_port_ticket(self._state.get_index())},
+        )
+        self.DeclareVectorOutputPort(
+            "motion_E",
+            frame_motion_vector(),
+            self._calc_motion,
+            {self.input_port_ticket(self._state.get_index())},
+        )
+
+    @property
+    def model(self) -> ControlModel:
+        """The control model that is evaluated."""
+        return self._model
+
+    def _calc_arm(self, context: Context, output: AbstractValue) -> None:
+        state = self._state.Eval(context)
+        if not is_finite(state):
+            check_signal(state, f"{self.get_name()}:state")
+        ordered, scratch = state[self._model.state_order], self._scratch.Eval(context)
+        # A step of the plant makes Drake ask again for a state that has been evaluated already.
+        if not _is_at(output.get_value(), ordered):
+            output.set_value(evaluate_arm(self._model, scratch, ordered, self._from_rotation))
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        arm = self._arm.Eval(context)
+        motion = np.zeros(FRAME_MOTION_SIZE)
+        motion[QUATERNION] = arm.Q_WE
+        motion[POSITION] = arm.p_WE
+        motion[VELOCITY] = arm.V_WE
+        output.SetFromVector(motion)
+
+
+def _is_at(arm: object, state: Array) -> bool:
+    """Whether an arm has been evaluated at [q; v]; before the first time it is no arm at all."""
+    return isinstance(arm, ArmState) and arm.q.tobytes() + arm.v.tobytes() == state.tobytes()

@@ -1,0 +1,235 @@
+"""An industrial control unit: each joint has a PID servo that follows a trajectory."""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.framework import BasicVector, Context, State
+from pydrake.trajectories import Trajectory
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.state import evaluate_arm
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_control.joint_servo import servo_integral, servo_torque
+from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.frame_motion import check_signal
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector, non_negative, positive
+
+__all__ = ["IndustrialController", "IndustrialControllerConfig", "make_industrial_controller"]
+
+_log = logging.getLogger("drake")
+
+
+@dataclass
+class IndustrialControllerConfig:
+    """Joint servos of equal bandwidth ω and damping ζ.
+
+    A joint that carries the inertia m has k_p = m ω², k_d = 2 ζ k_p / ω and k_i = `integral_rate`
+    times k_p.
+    """
+
+    bandwidth: float = 30.0  # ω [rad/s]
+    damping: float = 0.9  # ζ
+    integral_rate: float = 4.5  # k_i / k_p [1/s]
+    kp: Array | None = None  # one a joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
+    integral_limit: float = 1.0  # greatest integral part, a part of the joint's effort limit
+    period: float = 1e-3  # [s]
+    preload: bool = True  # the integral part starts with the torque that holds the arm
+
+    def validate(self) -> None:
+        """Raises ConfigurationError if a field cannot be used."""
+        for name in ("bandwidth", "damping", "integral_limit", "period"):
+            positive(getattr(self, name), f"servo.{name}")
+        non_negative(self.integral_rate, "servo.integral_rate", "1/s")
+        if self.kp is not None:
+            _check_gains(finite_vector(self.kp, "servo.kp", np.size(self.kp)))
+
+
+class IndustrialController(Block):
+    """Follows a joint trajectory with one PID servo a joint and no model of the arm.
+
+    At every sampling instant, for each joint on its own,
+
+        e = q_d − q,   τ = k_p e + k_d (q̇_d − q̇) + z,   z ← z + k_i e Δt within its limit,
+
+    and τ, within ±the effort limit, acts until the next instant. Saturation is reported: by
+    `peak_effort`, and in Drake's log the first time that a joint saturates. Until the first
+    instant τ = z, the holding torque. Before and after its trajectory the arm is held at the
+    trajectory's ends.
+
+    Forces at the hand are not known here: a stiff position control. See `make_impedance_controller`
+    for the compliant one.
+
+    Args:
+        model: the arm; of it only the order of joints and actuators and the limits are used.
+        trajectory: q_d over time, from the base to the hand (n) [rad or m].
+        kp: proportional gains (n) [Nm/rad or N/m].
+        holding_torque: z at the start (n) [Nm or N].
+        config: the other gains, limit and sampling; `kp` and `preload` are not used.
+
+    Raises:
+        ConfigurationError: a gain, torque or the trajectory does not fit the arm.
+        SignalError: the state at the port is NaN or infinite.
+
+    Ports:
+        input estimated_state: [q; v] of the model instance, in its own order (2n)
+        output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
+        output set_point: [q_d; q̇_d] in the order of `estimated_state` (2n)
+        output peak_effort: largest torque asked so far as a fraction of the limit (n)
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        trajectory: Trajectory,
+        kp: Array,
+        holding_torque: Array,
+        config: IndustrialControllerConfig | None = None,
+    ):
+        super().__init__()
+        config = config or IndustrialControllerConfig()
+        config.validate()
+        n = model.num_joints
+        _check_rows(trajectory, n)
+        self._model, self._trajectory, self._config = model, trajectory, config
+        self._kp = _check_gains(finite_vector(kp, "servo.kp", n))
+        self._kd = 2.0 * config.damping / config.bandwidth * self._kp
+        self._ki = config.integral_rate * self._kp
+        self._limits = model.effort_limits
+        self._integral_limit = config.integral_limit * self._limits
+        preload = finite_vector(holding_torque, "servo holding torque", n)
+        _check_preload(preload, self._integral_limit, model.joint_names)
+        self._declare(n, preload)
+
+    def _declare(self, n: int, preload: Array) -> None:
+        self._state_port = self.DeclareVectorInputPort("estimated_state", 2 * n)
+        # Each in the order of the control model.
+        self._integral = self.declare_state(preload)
+        self._torque = self.declare_state(np.clip(preload, -self._limits, self._limits))
+        self._peak = self.declare_state(n)
+        self.DeclareVectorOutputPort(
+            "actuation", n, self._calc_actuation, {self.ticket_of_state(self._torque)}
+        )
+        self.DeclareVectorOutputPort("set_point", 2 * n, self._calc_set_point, {self.time_ticket()})
+        self.DeclareVectorOutputPort(
+            "peak_effort", n, self._calc_peak, {self.ticket_of_state(self._peak)}
+        )
+        # Unrestricted updates come first, as a plant's step with sampled output ports does: the
+        # state read is the one at this instant. Without offset, so that the instants are those of
+        # the plant's steps to the last bit.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(self._config.period, 0.0, self._sample)
+
+    def _calc_actuation(self, context: Context, output: BasicVector) -> None:
+        torque = context.get_discrete_state(self._torque).value()
+        output.SetFromVector(torque[self._model.actuation_order])
+
+    def _calc_peak(self, context: Context, output: BasicVector) -> None:
+        peak = context.get_discrete_state(self._peak).value()
+        output.SetFromVector(peak[self._model.actuation_order])
+
+    def _calc_set_point(self, context: Context, output: BasicVector) -> None:
+        set_point = np.empty(2 * self._model.num_joints)
+        set_point[self._model.state_order] = self._set_point(context.get_time())
+        output.SetFromVector(set_point)
+
+    def _set_point(self, time: float) -> Array:
+        """Returns [q_d; q̇_d] in the order of the control model."""
+        start, end = self._trajectory.start_time(), self._trajectory.end_time()
+        t = min(max(time, start), end)
+        q, v = self._trajectory.value(t)[:, 0], self._trajectory.EvalDerivative(t)[:, 0]
+        return np.concatenate((q, v if t == time else np.zeros_like(v)))
+
+    def _sample(self, context: Context, state: State) -> None:
+        reading = self._state_port.Eval(context)
+        check_signal(reading, f"{self.get_name()}:estimated_state")
+        error = self._set_point(context.get_time()) - reading[self._model.state_order]
+        e, de = np.split(error, 2)
+        integral = context.get_discrete_state(self._integral).value()
+        torque = servo_torque(self._kp, self._kd, e, de, integral)
+        following = servo_integral(self._ki, e, integral, self._integral_limit, self._config.period)
+        values = state.get_mutable_discrete_state()
+        values.set_value(self._integral, following)
+        values.set_value(self._torque, np.clip(torque, -self._limits, self._limits))
+        self._report_saturation(context, state, torque)
+
+    def _report_saturation(self, context: Context, state: State, torque: Array) -> None:
+        """Keeps the peak effort; says so the first time that a joint saturates."""
+        before = context.get_discrete_state(self._peak).value()
+        peak = np.maximum(before, np.abs(torque) / self._limits)
+        state.get_mutable_discrete_state().set_value(self._peak, peak)
+        for i in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
+            _log.warning(
+                f"{self.get_name()}: joint '{self._model.joint_names[i]}' saturates at "
+                f"t = {context.get_time():.3f} s: {torque[i]:.1f} asked, the limit is "
+                f"±{self._limits[i]:g}; the servo gives no more."
+            )
+
+
+def make_industrial_controller(
+    plant: MultibodyPlant,
+    model_instance: ModelInstanceIndex,
+    end_effector_frame: Frame,
+    trajectory: Trajectory,
+    config: IndustrialControllerConfig | None = None,
+) -> IndustrialController:
+    """Makes an industrial control unit for one arm of `plant`.
+
+    Gains and holding torque are set once, for the posture at the trajectory's start:
+    k_p = diag(B) ω² unless given, and the torque that holds the arm there against gravity.
+
+    Args:
+        plant: finalized, contains the arm.
+        model_instance: the arm, as for `ControlModel.of_arm`.
+        end_effector_frame: any frame fixed in the hand.
+        trajectory: q_d over time, from the base to the hand (n) [rad or m], see `plan`.
+        config: gains, limits and sampling.
+
+    Returns:
+        The system, named after the arm; its ports are those of `IndustrialController`.
+
+    Raises:
+        ModelError: the plant does not contain such an arm.
+        ConfigurationError: the configuration or the trajectory does not fit the arm.
+    """
+    config = config or IndustrialControllerConfig()
+    config.validate()
+    model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
+    _check_rows(trajectory, model.num_joints)
+    q = trajectory.value(trajectory.start_time())[:, 0]
+    scratch = model.plant.CreateDefaultContext()
+    arm = evaluate_arm(model, scratch, np.concatenate((q, np.zeros_like(q))))
+    kp = np.diag(arm.B) * config.bandwidth**2 if config.kp is None else config.kp
+    holding_torque = arm.g if config.preload else np.zeros_like(q)
+    controller = IndustrialController(model, trajectory, kp, holding_torque, config)
+    controller.set_name(f"{plant.GetModelInstanceName(model_instance)}_industrial_controller")
+    return controller
+
+
+def _check_rows(trajectory: Trajectory, n: int) -> None:
+    if (trajectory.rows(), trajectory.cols()) != (n, 1):
+        raise ConfigurationError(
+            f"The trajectory has {trajectory.rows()} rows and {trajectory.cols()} columns; the arm "
+            f"has {n} joints: give {n} rows and one column."
+        )
+
+
+def _check_gains(kp: Array) -> Array:
+    if not (kp > 0).all():
+        raise ConfigurationError(f"servo.kp is {kp.tolist()}; all must be positive.")
+    return kp
+
+
+def _check_preload(preload: Array, limit: Array, joint_names: tuple[str, ...]) -> None:
+    beyond = [
+        f"{name} {torque:.4g} of ±{greatest:.4g}"
+        for name, torque, greatest in zip(joint_names, preload, limit, strict=True)
+        if abs(torque) > greatest
+    ]
+    if beyond:
+        raise ConfigurationError(
+            f"The holding torque exceeds the integral part's limit: {'; '.join(beyond)}. Raise "
+            f"servo.integral_limit or start from a posture that needs less."
+        )

@@ -1,0 +1,1 @@
+"""The blocks of two arms that hold one object."""

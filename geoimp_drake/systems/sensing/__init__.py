@@ -1,0 +1,1 @@
+"""What measures: wrist sensors and frame motions."""

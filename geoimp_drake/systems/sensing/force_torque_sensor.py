@@ -1,0 +1,71 @@
+"""A wrist force/torque sensor: from a weld joint's reaction force to the wrench h of the laws."""
+
+from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.sensing.wrist_sensor_config import (
+    SensorMounting,
+    ToolLoad,
+    WristSensor,
+    WristSensorConfig,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["ForceTorqueSensor"]
+
+
+class ForceTorqueSensor(ForceTorqueSensors):
+    """Measures the wrench that the end effector exerts on its environment.
+
+    The reaction force of a weld joint carries the tool's weight and inertia besides the contact
+    wrench. With the load of the tool alone (laws/sensed_wrench.py) removed,
+
+        f = f_S − m (a_C − g),   μ = μ_S − (p_SC × m (a_C − g) + I ω̇ + ω × I ω) − p_SE × f,
+
+    is the wrench of (2.2): by the end effector on the environment, about E's origin, in W.
+    The reading is made in the sensor's axes and in this order: bias, noise, quantisation,
+    saturation, low-pass filter; then the tool's load is removed.
+
+    It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no
+    reaction forces before its first step, so the first sample counts one period after the
+    start; until then the wrench is what the hand is known to carry, zero unless given.
+
+    The reference motion is read when a discrete plant begins its step: a reaction belongs to the
+    motion that this step followed.
+
+    Args:
+        mounting: where the sensor sits.
+        tool: mass, centre of mass and inertia beyond the sensor, in S.
+        config: sampling, errors and range of the sensor.
+        initial_wrench: h until the first sample (6) [Nm, N].
+        reference_is_held: the reference is given by a state that holds what the plant's last step
+            followed, such as `last_compliant_motion`, and needs not be read before the step.
+
+    Raises:
+        ConfigurationError: a field of the configuration cannot be used.
+        SignalError: a reaction force or the reference is NaN or infinite.
+
+    Ports:
+        input reaction_forces: the plant's reaction forces, list of SpatialForce
+        input body_poses: the plant's body poses, list of RigidTransform
+        input body_spatial_velocities: for `inertial_load: plant`, list of SpatialVelocity
+        input body_spatial_accelerations: for the same, list of SpatialAcceleration
+        input state: [q; v] of the plant, read in the place of `body_poses`, which costs more (2n)
+        input reference_motion: for `inertial_load: reference`, the motion that E follows (19)
+        output wrench: measured wrench [moment; force] (6) [Nm, N]
+        output wrench_true: the same before bias, noise, quantisation, saturation and filter (6)
+        output peak_reading: largest reading since the start as a fraction of the range (6)
+
+        Without a path to the tool (other joints than revolute and prismatic ones lead to it) there
+        is no port `state`.
+    """
+
+    def __init__(
+        self,
+        mounting: SensorMounting,
+        tool: ToolLoad,
+        config: WristSensorConfig,
+        initial_wrench: Array | None = None,
+        *,
+        reference_is_held: bool = False,
+    ):
+        sensor = WristSensor(mounting, tool, config, initial_wrench)
+        super().__init__([sensor], reference_is_held=reference_is_held, suffixes=[""])

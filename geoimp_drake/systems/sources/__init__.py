@@ -1,0 +1,1 @@
+"""Where desired motions and external wrenches come from."""

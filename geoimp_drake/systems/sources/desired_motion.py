@@ -1,0 +1,139 @@
+"""The desired motion of D: straight lines, turns about fixed axes, rests; fifth-order in time."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import BasicVector, Context
+
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_about_axis import motion_from_rest
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.frame_motion import (
+    FRAME_MOTION_SIZE,
+    POSITION,
+    QUATERNION,
+    frame_motion_at_rest,
+    frame_motion_vector,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["DesiredMotion", "MotionSegment", "phases_of"]
+
+
+@dataclass
+class MotionSegment:
+    """A part of a desired motion, from rest to rest.
+
+    Both parts run along the same fifth-order polynomial of time with zero end velocities and
+    accelerations. A segment without displacement and rotation is a rest.
+    """
+
+    duration: float = 1.0  # [s]
+    displacement: Array = field(default_factory=lambda: np.zeros(3))  # of D's origin, in W [m]
+    rotation: Array = field(default_factory=lambda: np.zeros(3))  # axis times angle, in W [rad]
+    name: str = ""  # names the phase in logs and figures
+
+    def validate(self, where: str = "segment") -> None:
+        """Raises ConfigurationError if a field cannot be used; `where` names the segment."""
+        if not (np.isfinite(self.duration) and self.duration > 0):
+            raise ConfigurationError(
+                f"{where}: duration is {self.duration:g} s; it must be positive and finite."
+            )
+        for key in ("displacement", "rotation"):
+            value = np.asarray(getattr(self, key), dtype=float)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                raise ConfigurationError(f"{where}: {key} is {value}; give three finite numbers.")
+
+
+def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float]]:
+    """Returns name, begin and end [s] of each named segment."""
+    ends = np.cumsum([segment.duration for segment in segments])
+    return [
+        (segment.name, float(end - segment.duration), float(end))
+        for segment, end in zip(segments, ends, strict=True)
+        if segment.name
+    ]
+
+
+class DesiredMotion(Block):
+    """Source of the desired motion: a sequence of segments that starts at a given pose.
+
+    Along segment k of duration T, with s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ and τ = (t − t_k)/T,
+
+        p_d = p_k + s Δp,   R_d = exp(s θ S(r)) R_k,   ω_d = ṡ θ r,   v_d = ṡ Δp,
+
+    and accelerations likewise with s̈. Before the first segment D rests at X_WD, after the last
+    one at the end pose.
+
+    Args:
+        X_WD: the pose of D at time zero.
+        segments: the motion's parts in order; none means rest.
+
+    Raises:
+        ConfigurationError: a segment's duration or displacement cannot be used.
+
+    Ports:
+        output motion: the motion of D in W (19)
+    """
+
+    def __init__(self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()):
+        super().__init__()
+        for k, segment in enumerate(segments):
+            segment.validate(f"motion segment {k}")
+        self._durations = [float(segment.duration) for segment in segments]
+        self._times = np.cumsum([0.0, *self._durations]).tolist()
+        self._rests = _rests(frame_motion_at_rest(X_WD), segments)
+        self._ways = [*(_way(segment) for segment in segments), None]  # at the end D rests
+        self._law = compiled(motion_from_rest)
+        self.DeclareVectorOutputPort(
+            "motion",
+            frame_motion_vector(),
+            self._calc_motion,
+            prerequisites_of_calc={self.time_ticket()},
+        )
+
+    def duration(self) -> float:
+        """Returns the time at which the last segment ends [s]."""
+        return self._times[-1]
+
+    def evaluate(self, time: float) -> Array:
+        """Returns the motion of D at a time [s], as the output port does."""
+        motion = np.empty(FRAME_MOTION_SIZE)
+        self._write(time, motion)
+        return motion
+
+    def _write(self, time: float, motion: Array) -> None:
+        k = bisect_right(self._times, time) - 1 if time > 0.0 else 0
+        way = self._ways[k]
+        if way is None:
+            motion[:] = self._rests[k]
+        else:
+            self._law(time - self._times[k], self._durations[k], self._rests[k], way, motion)
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        self._write(context.get_time(), output.get_mutable_value())
+
+
+def _way(segment: MotionSegment) -> Array | None:
+    """Returns displacement, angle and axis (7) of a segment, nothing for a rest."""
+    angle = np.linalg.norm(segment.rotation)
+    axis = np.asarray(segment.rotation) / angle if angle > 0 else np.zeros(3)
+    way = np.concatenate((segment.displacement, [angle], axis))
+    return way if way.any() else None
+
+
+def _rests(start: Array, segments: Sequence[MotionSegment]) -> list[Array]:
+    """Returns the motion (19) of D at rest: where each segment starts, then where the last ends."""
+    rests = [start]
+    for segment in segments:
+        end = rests[-1].copy()
+        turn = quaternion.exp(np.asarray(segment.rotation, dtype=float))
+        end[QUATERNION] = quaternion.product(turn, end[QUATERNION])
+        end[POSITION] += segment.displacement
+        rests.append(end)
+    return rests

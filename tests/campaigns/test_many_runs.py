@@ -1,0 +1,187 @@
+"""Many runs on a real scheduler with two processes: each once, whatever is killed or fails."""
+
+import collections
+import concurrent.futures
+import json
+import sys
+
+import dask
+import many_tasks
+import pytest
+from distributed import LocalCluster
+
+from geoimp_drake.campaigns import many_runs
+from geoimp_drake.campaigns.journal import Finished, Journal
+from geoimp_drake.campaigns.many_runs import run_many
+from geoimp_drake.errors import ConfigurationError
+
+PLAN = {"experiment": "none", "seed": 1, "vary": {"x": [0.0, 1.0]}}
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """The address of a scheduler with two processes; a task may lose one process, not two."""
+    settings = {
+        "distributed.scheduler.allowed-failures": 1,
+        "distributed.scheduler.worker-saturation": 1.0,
+    }
+    local = {
+        "n_workers": 2,
+        "threads_per_worker": 1,
+        "host": "127.0.0.1",
+        "dashboard_address": ":0",
+    }
+    with dask.config.set(settings), LocalCluster(**local, silence_logs="CRITICAL") as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def journal(tmp_path):
+    return tmp_path / "out" / "journal.jsonl"
+
+
+def run(function, tasks, journal, scheduler, plan=PLAN):
+    keyed = {f"task {index}": task for index, task in enumerate(tasks)}
+    done = run_many(keyed, function, jobs=2, journal=journal, plan=plan, scheduler=scheduler)
+    assert list(done) == list(keyed)
+    return list(done.values())
+
+
+def keys_in(journal) -> list[str]:
+    return [json.loads(line)["key"] for line in journal.read_text().splitlines()[1:]]
+
+
+def test_a_killed_process_loses_nothing_and_repeats_nothing(journal, scheduler, tmp_path):
+    tasks = [(str(tmp_path), number) for number in range(20)]
+    done = run(many_tasks.deadly_once, tasks, journal, scheduler)
+    assert (tmp_path / "killed").exists()
+    assert [finished.result for finished in done] == [number**2 for number in range(20)]
+    assert collections.Counter(keys_in(journal)) == {f"task {n}": 1 for n in range(20)}
+
+
+def test_a_task_that_kills_each_process_is_an_error_and_is_tried_again(journal, scheduler):
+    done = run(many_tasks.deadly, range(4), journal, scheduler)
+    assert [finished.result for finished in done] == [0, None, 4, 9]
+    assert done[1].error == "The process that ran it was lost, 2 times."
+    assert sorted(keys_in(journal)) == ["task 0", "task 2", "task 3"]
+    again = run(many_tasks.square, range(4), journal, scheduler)
+    assert again[1].result == 1
+
+
+def test_a_task_that_raises_is_finished_with_its_error(journal, scheduler):
+    done = run(many_tasks.failing, range(4), journal, scheduler)
+    assert [finished.result for finished in done] == [0, None, None, 9]
+    assert done[1].error == "ValueError: one is refused"
+    assert done[2].error == "SystemExit: Drake gave up"
+    assert Journal(journal, PLAN).read() == {f"task {n}": done[n] for n in range(4)}
+
+
+def test_only_what_is_missing_is_run(journal, scheduler, tmp_path):
+    tasks = [(str(tmp_path), number) for number in range(6)]
+    run(many_tasks.noted, tasks[:4], journal, scheduler)
+    with journal.open("ab") as file:
+        file.write(b'{"key": "task 4", "res')  # as a killed process leaves it
+    done = run(many_tasks.noted, tasks, journal, scheduler)
+    assert [finished.result for finished in done] == [number**2 for number in range(6)]
+    assert [(tmp_path / str(n)).read_text() for n in range(6)] == ["ran\n"] * 6
+    assert sorted(keys_in(journal)) == [f"task {n}" for n in range(6)]
+
+
+def test_nothing_is_started_when_nothing_is_missing(journal, scheduler):
+    done = run(many_tasks.square, range(3), journal, scheduler)
+    assert run(many_tasks.square, range(3), journal, "tcp://127.0.0.1:1") == done
+
+
+def test_one_scheduler_keeps_equal_keys_of_different_runs_apart(tmp_path, scheduler):
+    def one(name: str, numbers: range) -> list[int]:
+        tasks = [(str(tmp_path), number) for number in numbers]
+        done = run(many_tasks.noted, tasks, tmp_path / name / "journal", scheduler)
+        return [finished.result for finished in done]
+
+    with concurrent.futures.ThreadPoolExecutor() as threads:
+        first, other = threads.map(one, ("a", "b"), (range(30), range(50, 80)))
+    assert first == [number**2 for number in range(30)]
+    assert other == [number**2 for number in range(50, 80)]
+
+
+def test_own_processes_have_one_thread_are_silent_and_leave_interrupts_to_the_first(journal, capfd):
+    done = [finished.result for finished in run(many_tasks.surroundings, range(8), journal, None)]
+    assert len({result.pop("pid") for result in done}) == 2
+    assert done == [{"threads": ["1"] * 3, "profiled": False, "interruptible": False}] * 8
+    assert capfd.readouterr().err == ""
+
+
+def test_a_scheduler_that_does_not_answer_is_refused_and_nothing_is_written(journal, monkeypatch):
+    monkeypatch.setattr(many_runs, "_CONNECT_TIMEOUT", 0.5)
+    with pytest.raises(ConfigurationError, match=r"tcp://127\.0\.0\.1:1 does not answer"):
+        run(many_tasks.square, range(2), journal, "tcp://127.0.0.1:1")
+    assert not journal.parent.exists()
+
+
+def test_a_scheduler_without_processes_is_refused_and_nothing_is_written(journal, monkeypatch):
+    monkeypatch.setattr(many_runs, "_WORKER_TIMEOUT", 0.2)
+    with LocalCluster(n_workers=0, dashboard_address=":0", host="127.0.0.1") as empty:
+        address = empty.scheduler_address
+        with pytest.raises(ConfigurationError, match=f"{address} has no workers; start some"):
+            run(many_tasks.square, range(2), journal, address)
+    assert not journal.parent.exists()
+
+
+def test_a_missing_extra_is_named_and_nothing_is_written(journal, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(
+        ConfigurationError, match=r"needs dask: pip install 'geoimp_drake\[sweep\]'"
+    ):
+        run(many_tasks.square, range(2), journal, None)
+    assert not journal.parent.exists()
+
+
+def written(journal, plan=PLAN) -> None:
+    with Journal(journal, plan) as book:
+        book.add("task 0", Finished({"x": 0.1 + 0.2, "holds": None}, None, 1.0))
+
+
+def test_a_journal_gives_back_what_was_put_in_to_the_last_bit(journal):
+    written(journal)
+    assert Journal(journal, PLAN).read() == {
+        "task 0": Finished({"x": 0.1 + 0.2, "holds": None}, None, 1.0)
+    }
+
+
+@pytest.mark.parametrize(
+    ("plan", "message"),
+    [
+        ({**PLAN, "seed": 2}, "seed is 1 there and 2 here"),
+        ({**PLAN, "vary": {"x": [0.0, 2.0]}}, r"vary.x is \[0.0, 1.0\] there and \[0.0, 2.0\]"),
+        ({**PLAN, "vary": {"y": [0.0, 1.0]}}, "vary.y is not given there"),
+    ],
+)
+def test_a_journal_of_another_plan_is_refused_by_naming_what_differs(journal, plan, message):
+    written(journal)
+    before = journal.read_bytes()
+    with pytest.raises(ConfigurationError, match=message):
+        run(many_tasks.square, range(2), journal, None, plan)
+    assert journal.read_bytes() == before
+
+
+@pytest.mark.parametrize("content", ["text\n", "[]\n[]\n", '{"plan": {}}\n{"key": "a"}\n', "[1]\n"])
+def test_a_file_that_is_no_journal_is_refused_and_left_alone(journal, content):
+    journal.parent.mkdir()
+    journal.write_text(content)
+    with pytest.raises(ConfigurationError, match="is not a journal of runs"):
+        Journal(journal, PLAN).read()
+    assert journal.read_text() == content
+
+
+def test_two_processes_do_not_write_one_journal(journal):
+    with Journal(journal, PLAN), pytest.raises(ConfigurationError, match="Another process"):
+        Journal(journal, PLAN).__enter__()
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(ConfigurationError, match=r"cannot be written: .*--out"),
+        Journal(tmp_path / "file" / "journal", PLAN),
+    ):
+        pass

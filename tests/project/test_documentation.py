@@ -1,0 +1,116 @@
+"""The documentation is true: it builds without a warning, and all that it shows runs as printed."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from documents import DOCS, PAGES, README, blocks, commands, execute, execute_page
+from library_tree import MODULES, ROOT
+
+from geoimp_drake import cli
+from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
+
+CLAIMS = ROOT / "docs" / "validation" / "claims.md"
+LOG = ROOT / "docs" / "howto" / "reading_the_log.md"
+
+# A command with the table of what it claims.
+WITH_TABLE = re.findall(
+    r"^```sh\n(geoimp run .*)\n```\n\n((?:^\|.*\n)+)", CLAIMS.read_text("utf-8"), re.MULTILINE
+)
+# Folders of a log's keys; their names stand as code with a slash, as paths do.
+LOG_FOLDERS = {"six", "seven", "object", "surface", "hole", "program", "grasp"}
+
+
+def test_the_documentation_builds_without_a_warning(tmp_path):
+    """What leads nowhere or cannot be set is a warning; every module has its place, offline."""
+    options = ["--fail-on-warning", "--keep-going", "--quiet", "-d", str(tmp_path / "doctrees")]
+    build = [sys.executable, "-m", "sphinx", *options, str(ROOT / "docs"), str(tmp_path / "html")]
+    done = subprocess.run(build, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    pages = [page.relative_to(ROOT / "docs").with_suffix(".html") for page in DOCS]
+    assert not [page for page in pages if not (tmp_path / "html" / page).exists()]
+    reference = (tmp_path / "html" / "equations.html").read_text(encoding="utf-8")
+    assert 'href="api/laws.html#geoimp_drake.laws.impedance.quaternion_impedance' in reference
+    html = "".join(page.read_text(encoding="utf-8") for page in tmp_path.glob("html/**/*.html"))
+    assert [module for module in MODULES if f'id="module-{module}"' not in html] == []
+    assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?:https?:)?//[^"]+"', html)
+
+
+@pytest.mark.parametrize(
+    "page", [p for p in DOCS if blocks(p) and p != CLAIMS], ids=lambda p: p.stem
+)
+def test_a_page_runs_as_printed(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = execute_page(page)
+    if page == LOG:
+        rows = re.findall(r"^\| (`.*?) \|", page.read_text("utf-8"), re.MULTILINE)
+        assert set(re.findall(r"`([\w/]+)`", "".join(rows))) == set(names["log"].files)
+
+
+def test_only_the_readme_and_the_documentation_show_code():
+    assert {page for page in PAGES if blocks(page)} <= {README, *DOCS}
+
+
+@pytest.mark.parametrize(("command", "table"), WITH_TABLE, ids=[row[0] for row in WITH_TABLE])
+def test_claims_on_the_page_are_those_of_the_experiment(command, table, tmp_path):
+    quick = re.sub(r" --duration \S+", "", command) + " --duration 0.01 --no-figures"
+    execute(f"{quick} --out {tmp_path}")
+    claims = json.loads((tmp_path / "metrics.json").read_text("utf-8"))["claims"]
+    expected = [(c["claim"], f"{c['bound']} {c['unit']}".strip()) for c in claims]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+    assert [(claim, bound) for claim, _, bound in rows[2:]] == expected
+    assert [row for row in rows[2:] if not keeps(*row[1:])] == []
+
+
+def keeps(figure: str, bound: str) -> bool:
+    """Whether a figure of the table keeps its bound: `≤ x`, `≥ x` or `x ± y %`, with units."""
+    value = float(figure.split()[0])
+    first, second, *rest = bound.split()
+    if second == "±":
+        return abs(value - float(first)) <= float(rest[0]) / 100 * abs(float(first))
+    return value <= float(second) if first == "≤" else value >= float(second)
+
+
+def test_every_experiment_has_its_claims_on_the_page():
+    assert len(WITH_TABLE) == len(commands(CLAIMS, "geoimp"))
+    assert {command.split()[2] for command, _ in WITH_TABLE} == set(EXPERIMENTS)
+
+
+def links(page: Path) -> set[str]:
+    targets = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    return {target.partition("#")[0] for target in targets if "://" not in target}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page):
+    assert {target for target in links(page) if not (page.parent / target).exists()} == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_paths_in_the_text_exist(page):
+    """Code with a slash in it names files of the project, unless a result or a key of a log."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    paths = set(re.findall(r"`([\w.*-]+/[\w./*-]*)`", text))
+    files = {path for path in paths if path.split("/")[0] not in {"results", *LOG_FOLDERS}}
+    assert {path for path in files if not any(ROOT.glob(path.rstrip("/")))} == set()
+
+
+@pytest.mark.parametrize(
+    "line", ["ls", "pip install '.[nothing]'", "make nothing", "geoimp run nothing"]
+)
+def test_a_line_that_would_not_run_is_not_accepted(line):
+    with pytest.raises(AssertionError):
+        execute(line)
+
+
+def test_the_command_line_is_that_of_the_pages(capsys):
+    """Every subcommand of `geoimp` is shown somewhere."""
+    with pytest.raises(SystemExit):
+        cli.main(["--help"])
+    listed = set(re.findall(r"^ {4}(\w+) ", capsys.readouterr().out, re.MULTILINE))
+    shown = {words[0] for page in (README, *DOCS) for words in commands(page, "geoimp")}
+    assert listed <= shown

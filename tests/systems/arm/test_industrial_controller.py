@@ -1,0 +1,289 @@
+"""The industrial control unit: joint servos that hold, follow, wind up no further, saturate."""
+
+import dataclasses
+import logging
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.trajectories import PiecewisePolynomial
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, add_cell
+from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.models.robot_data import dh_to_joint
+from geoimp_drake.motion_program.plan import MotionPlan, PlanConfig, plan
+from geoimp_drake.motion_program.program import (
+    JointMove,
+    MotionProgram,
+    SpeedOverride,
+    ToolMove,
+)
+from geoimp_drake.systems.arm.industrial_controller import (
+    IndustrialController,
+    IndustrialControllerConfig,
+    make_industrial_controller,
+)
+
+START = np.append(-0.2, dh_to_joint(np.radians([8.83, 75.05, -47.63, 9.93, 62.93, 175.45])))
+NEAR = START + np.array([0.1, 0.1, -0.1, 0.1, 0.2, 0.1, -0.2])
+REST = PiecewisePolynomial(START)
+
+
+class Cell:
+    """The track arm under its control unit."""
+
+    def __init__(self, program=None, config=None, plan_config=None, sampled: bool = True):
+        builder = DiagramBuilder()
+        self.plant, _ = AddMultibodyPlant(
+            MultibodyPlantConfig(time_step=1e-3, use_sampled_output_ports=sampled), builder
+        )
+        add_cell(self.plant, "track_arm")
+        self.plant.Finalize()
+        self.arm = self.plant.GetModelInstanceByName(SEVEN)
+        tool = self.plant.GetModelInstanceByName(f"{SEVEN}_tool")
+        self.T = self.plant.GetFrameByName(END_EFFECTOR, tool)
+        self.plant.SetDefaultPositions(self.arm, START)
+        self.motion: MotionPlan | None = None
+        if program is not None:
+            self.motion = plan(self.plant, self.arm, self.T, program, START, plan_config)
+        self.unit = builder.AddSystem(
+            make_industrial_controller(
+                self.plant,
+                self.arm,
+                self.T,
+                self.motion.trajectory if self.motion else REST,
+                config,
+            )
+        )
+        builder.Connect(self.plant.get_state_output_port(self.arm), self.unit.get_input_port())
+        builder.Connect(
+            self.unit.GetOutputPort("actuation"), self.plant.get_actuation_input_port(self.arm)
+        )
+        self.simulator = Simulator(builder.Build())
+        self._kinematics = self.plant.CreateDefaultContext()
+
+    def read(self, port: str) -> np.ndarray:
+        context = self.unit.GetMyContextFromRoot(self.simulator.get_context())
+        return self.unit.GetOutputPort(port).Eval(context).copy()
+
+    def pose(self, q: np.ndarray) -> RigidTransform:
+        self.plant.SetPositions(self._kinematics, self.arm, q)
+        return self.T.CalcPoseInWorld(self._kinematics)
+
+    def tip_error(self, time: float) -> float:
+        """Runs up to a time; returns how far the tool is from its set-point [m]."""
+        self.simulator.AdvanceTo(time)
+        context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
+        wanted, real = (
+            self.pose(q).translation()
+            for q in (self.read("set_point")[:7], self.plant.GetPositions(context, self.arm))
+        )
+        return float(np.linalg.norm(wanted - real))
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+def test_arm_is_held_from_the_start_with_the_preload_and_sags_without(sampled):
+    times = np.arange(0.0, 0.4, 0.01)
+    held = Cell(sampled=sampled)
+    assert max(held.tip_error(t) for t in times) < 2e-4
+    sagging = Cell(sampled=sampled, config=IndustrialControllerConfig(preload=False))
+    assert max(sagging.tip_error(t) for t in times) > 5e-3
+
+
+def test_integral_part_takes_the_weight_in_two_seconds():
+    cell = Cell(config=IndustrialControllerConfig(preload=False))
+    assert cell.tip_error(2.0) < 2e-4
+
+
+def test_program_is_followed_with_the_error_of_a_control_unit():
+    """Fast moves lag by some millimetres; at 3 % the tool keeps to its line."""
+    program = MotionProgram(
+        [JointMove(NEAR), ToolMove([0, 0, 0.1]), SpeedOverride(3), ToolMove([0, 0, 0.012])]
+    )
+    cell = Cell(program)
+    joints, fast, slow = cell.motion.segments
+    assert 1e-3 < max(cell.tip_error(t) for t in np.arange(0.0, joints.end, 0.02)) < 0.025
+    assert max(cell.tip_error(t) for t in np.arange(joints.end, fast.end, 0.02)) < 0.02
+    slowly = np.arange(slow.begin + 0.5, slow.end, 0.05)
+    assert max(cell.tip_error(t) for t in slowly) < 2e-4
+    assert cell.tip_error(slow.end + 0.3) < 1e-4
+    assert (cell.read("peak_effort") < 1.0).all()
+
+
+def test_set_point_is_the_trajectory_and_rests_beyond_its_ends():
+    line = PiecewisePolynomial.FirstOrderHold([1.0, 2.0], np.column_stack((START, NEAR)))
+    unit, context = lone_unit(line)
+    for time, q, v in (
+        (0.5, START, 0 * START),
+        (1.25, START + 0.25 * (NEAR - START), NEAR - START),
+        (2.5, NEAR, 0 * START),
+    ):
+        context.SetTime(time)
+        np.testing.assert_allclose(
+            unit.GetOutputPort("set_point").Eval(context), np.append(q, v), atol=1e-12
+        )
+
+
+def arm_model() -> ControlModel:
+    plant = MultibodyPlant(1e-3)
+    add_cell(plant, "track_arm")
+    plant.Finalize()
+    tool = plant.GetModelInstanceByName(f"{SEVEN}_tool")
+    return ControlModel.of_arm(
+        plant, plant.GetModelInstanceByName(SEVEN), plant.GetFrameByName(END_EFFECTOR, tool)
+    )
+
+
+MODEL = arm_model()
+KP = np.array([4e4, 3e4, 3e4, 1e4, 500.0, 400.0, 200.0])
+
+
+def lone_unit(trajectory=REST, config=None, hold=None, model=MODEL):
+    hold = np.zeros(7) if hold is None else hold
+    unit = IndustrialController(model, trajectory, KP, hold, config)
+    return unit, unit.CreateDefaultContext()
+
+
+def advanced(unit, state: np.ndarray, samples: int) -> Simulator:
+    """Lets the servos sample a state that stays, so many times."""
+    simulator = Simulator(unit)
+    unit.get_input_port().FixValue(simulator.get_mutable_context(), state)
+    simulator.AdvanceTo((samples - 1) * 1e-3)
+    simulator.AdvancePendingEvents()
+    return simulator
+
+
+def output(unit, simulator, name: str) -> np.ndarray:
+    return unit.GetOutputPort(name).Eval(simulator.get_context()).copy()
+
+
+def test_torque_of_a_sample_is_that_of_the_gains():
+    config = IndustrialControllerConfig(bandwidth=20.0, damping=0.7, integral_rate=2.0)
+    e, de, hold = 1e-3 * np.arange(1.0, 8.0), 1e-3 * np.arange(-3.0, 4.0), 0.1 * np.arange(7.0)
+    unit, context = lone_unit(config=config, hold=hold)
+    np.testing.assert_array_equal(unit.GetOutputPort("actuation").Eval(context), hold)
+    state = np.append(START - e, -de)
+    kd = 2 * 0.7 / 20.0 * KP
+    for samples in (1, 5):
+        torque = output(unit, advanced(unit, state, samples), "actuation")
+        integral = hold + (samples - 1) * 2.0 * KP * e * 1e-3
+        np.testing.assert_allclose(torque, KP * e + kd * de + integral, rtol=1e-9)
+
+
+def test_joints_and_actuators_in_another_order_get_what_is_theirs():
+    order = np.array([3, 0, 1, 2, 6, 5, 4])
+    other = dataclasses.replace(
+        MODEL, state_order=np.append(order, 7 + order), actuation_order=np.argsort(order)[::-1]
+    )
+    e = 1e-3 * np.arange(1.0, 8.0)
+    unit, _ = lone_unit(model=other)
+    state = np.zeros(14)
+    state[other.state_order] = np.append(START - e, np.zeros(7))
+    simulator = advanced(unit, state, 1)
+    torque = output(unit, simulator, "actuation")
+    np.testing.assert_allclose(torque, (KP * e)[other.actuation_order], rtol=1e-9)
+    np.testing.assert_allclose(
+        (output(unit, simulator, "set_point") - state)[other.state_order][:7], e, atol=1e-12
+    )
+
+
+def test_integral_part_stops_at_its_limit():
+    config = IndustrialControllerConfig(integral_limit=0.25, integral_rate=50.0)
+    unit, _ = lone_unit(config=config)
+    e = 0.05 * MODEL.effort_limits / KP
+    late, later = (
+        output(unit, advanced(unit, np.append(START + e, np.zeros(7)), k), "actuation")
+        for k in (400, 500)
+    )
+    np.testing.assert_array_equal(late, later)
+    np.testing.assert_allclose(later, -0.30 * MODEL.effort_limits, rtol=1e-9)
+
+
+def test_saturation_is_the_limit_and_is_told_once(caplog):
+    unit, _ = lone_unit(config=IndustrialControllerConfig(integral_rate=0.0))
+    unit.set_name("unit")
+    e = np.array([0.1, 0.1, 0.1, 2.0, 0.1, 0.1, -2.0]) * MODEL.effort_limits / KP
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        simulator = advanced(unit, np.append(START - e, np.zeros(7)), 20)
+    share = np.array([0.1, 0.1, 0.1, 1.0, 0.1, 0.1, -1.0])
+    np.testing.assert_allclose(output(unit, simulator, "actuation"), share * MODEL.effort_limits)
+    peak = output(unit, simulator, "peak_effort")
+    np.testing.assert_allclose(peak, [0.1, 0.1, 0.1, 2.0, 0.1, 0.1, 2.0])
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 2
+    assert "joint 'elbow' saturates at t = 0.000 s" in told[0]
+
+
+def test_gains_and_preload_come_from_the_start_posture():
+    cell = Cell()
+    context = cell.plant.CreateDefaultContext()
+    cell.plant.SetPositions(context, cell.arm, START)
+    weight = cell.plant.CalcGravityGeneralizedForces(context)
+    hold = -cell.plant.GetVelocitiesFromArray(cell.arm, weight)
+    np.testing.assert_allclose(cell.read("actuation"), hold, atol=1e-9)
+    diag = cell.plant.GetVelocitiesFromArray(cell.arm, np.diag(cell.plant.CalcMassMatrix(context)))
+    np.testing.assert_allclose(cell.unit._kp, 900.0 * diag, rtol=1e-9)
+
+
+def test_given_gains_are_taken():
+    assert (Cell(config=IndustrialControllerConfig(kp=KP)).unit._kp == KP).all()
+
+
+def test_two_simulations_of_one_unit_are_independent():
+    cell = Cell(MotionProgram([ToolMove([0, 0, 0.05])]))
+    other = Simulator(cell.simulator.get_system(), cell.simulator.get_context().Clone())
+    cell.simulator.AdvanceTo(0.2)
+    before = cell.read("actuation")
+    other.AdvanceTo(0.1)
+    np.testing.assert_array_equal(cell.read("actuation"), before)
+    other.AdvanceTo(0.2)
+    theirs = cell.unit.GetMyContextFromRoot(other.get_context())
+    np.testing.assert_array_equal(cell.unit.GetOutputPort("actuation").Eval(theirs), before)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("bandwidth", 0.0),
+        ("damping", -0.1),
+        ("integral_rate", -1.0),
+        ("integral_limit", np.nan),
+        ("period", 0.0),
+        ("kp", np.zeros(7)),
+        ("kp", [1.0, np.inf]),
+    ],
+)
+def test_configuration_that_cannot_be_used_is_named(field, value):
+    with pytest.raises(ConfigurationError, match=rf"servo\.{field}"):
+        IndustrialControllerConfig(**{field: value}).validate()
+
+
+def test_what_does_not_fit_the_arm_is_refused():
+    with pytest.raises(ConfigurationError, match=r"6 rows .* 7 joints"):
+        lone_unit(PiecewisePolynomial(START[:6]))
+    with pytest.raises(ConfigurationError, match=r"integral part's limit: shoulder 1500"):
+        lone_unit(hold=np.array([0, 0, 1500.0, 0, 0, 0, 0]))
+    with pytest.raises(ConfigurationError, match="holding torque"):
+        lone_unit(hold=np.zeros(6))
+    with pytest.raises(ConfigurationError, match=r"servo\.kp"):
+        Cell(config=IndustrialControllerConfig(kp=np.ones(6)))
+
+
+def test_reading_that_is_not_a_number_is_refused():
+    unit, _ = lone_unit()
+    with pytest.raises(SignalError, match="estimated_state"):
+        advanced(unit, np.full(14, np.nan), 1)
+
+
+def test_joint_speeds_of_the_plan_are_what_the_servos_are_asked_for():
+    config = PlanConfig(joint_speeds=np.full(7, 0.2), joint_move_speed=1.0)
+    cell = Cell(MotionProgram([JointMove(NEAR)]), plan_config=config)
+    fastest = 0.0
+    for t in np.arange(0.0, cell.motion.trajectory.end_time(), 0.02):
+        cell.simulator.AdvanceTo(t)
+        fastest = max(fastest, np.abs(cell.read("set_point")[7:]).max())
+    assert fastest == pytest.approx(0.2, rel=1e-6)
