@@ -262,7 +262,7 @@ def build_loose(
             meshcat,
             plant,
             frames=hand.frames(recorder),
-            wrench=hand.sensor.GetOutputPort("wrench"),
+            wrench=hand.controller.GetOutputPort("wrench"),
         )
         if live:
             add_live_controls(

@@ -15,7 +15,7 @@ from geoimp_drake.controllers.config import (
 )
 from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.validation import positive
 
@@ -34,7 +34,7 @@ class RunSettings:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=lambda: SamplingConfig(velocity="differenced"))
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    fused: bool = True  # control blocks that can be one system are; without numba never
+    form: str = "blocks"  # of the controller; or compiled: one system
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
     plant: MultibodyPlantConfig = field(
         default_factory=lambda: MultibodyPlantConfig(
@@ -52,7 +52,7 @@ class RunSettings:
     def controller(self) -> ImpedanceControllerConfig:
         """Returns the controller's part."""
         return ImpedanceControllerConfig(
-            self.impedance, self.motion, self.sampling, self.redundancy, self.fused
+            self.impedance, self.motion, self.sampling, self.redundancy, self.form
         )
 
     def validate_run(self) -> None:

@@ -125,7 +125,7 @@ def build_single_arm(
             meshcat,
             plant,
             frames=hand.frames(recorder),
-            wrench=hand.sensor.GetOutputPort("wrench"),
+            wrench=hand.controller.GetOutputPort("wrench"),
         )
         if live:
             add_live_controls(

@@ -47,17 +47,17 @@ from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models.robot_data import TOOL
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
+from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.parts.object_load import ObjectLoad
+from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.rotations import euler, quaternion
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
 from geoimp_drake.simulation.visualization import add_visualization
-from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
-from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
-from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitorConfig
-from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedanceConfig
-from geoimp_drake.systems.cooperation.reference_hold import ReferenceHoldConfig
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_vector, positive
@@ -293,7 +293,7 @@ def _controller(
         internal=scenario.internal,
         monitor=scenario.monitor,
         opened=scenario.opened,
-        fused=scenario.fused,
+        form=scenario.form,
     )
     return make_cooperative_controller(
         plant,

@@ -14,16 +14,17 @@ from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance,
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
-from geoimp_drake.systems.arm.motion_controller import MotionController
-from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.impedance_integrator import AXES, ImpedanceIntegrator
+from geoimp_drake.parts.impedance import AXES, Impedance
+from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.motion_control import MotionControl
+from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, positive, spd_matrix
 
 __all__ = [
+    "FORMS",
     "ImpedanceConfig",
     "ImpedanceControllerConfig",
     "MotionConfig",
@@ -32,6 +33,9 @@ __all__ = [
     "SamplingConfig",
     "TranslationGains",
 ]
+
+# How a controller is built: of the blocks, or as one system; the numbers are the same.
+FORMS = ("blocks", "compiled")
 
 
 @dataclass
@@ -90,13 +94,11 @@ class ImpedanceConfig:
         """Returns the orientation family with its gains."""
         return make_family(self.orientation, *self.gains("rotation"))
 
-    def make(self) -> ImpedanceIntegrator:
-        """Returns the system."""
+    def make(self) -> Impedance:
+        """Returns the part."""
         self.validate()
         rotation = self.make_rotation()
-        return ImpedanceIntegrator(
-            *self.gains("translation"), rotation, self.axes, K_c=self.coupling
-        )
+        return Impedance(*self.gains("translation"), rotation, self.axes, K_c=self.coupling)
 
 
 @dataclass
@@ -115,10 +117,10 @@ class MotionConfig:
             positive(getattr(self, name), f"motion.{name}")
         choice(self.orientation, "motion.orientation", ORIENTATION_LAWS)
 
-    def make(self) -> MotionController:
-        """Returns the system."""
+    def make(self) -> MotionControl:
+        """Returns the part."""
         self.validate()
-        return MotionController(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
+        return MotionControl(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
 
 
 @dataclass
@@ -133,10 +135,10 @@ class SamplingConfig:
         positive(self.period, "sampling.period", "s")
         choice(self.velocity, "sampling.velocity", ("measured", "differenced"))
 
-    def make(self, num_joints: int) -> VelocityEstimator:
-        """Returns the system."""
+    def make(self, num_joints: int) -> Readings:
+        """Returns the part."""
         self.validate()
-        return VelocityEstimator(num_joints, self.period, self.velocity)
+        return Readings(num_joints, self.period, self.velocity)
 
 
 @dataclass
@@ -170,8 +172,8 @@ class RedundancyConfig:
             _any_spd_matrix(self.weight_matrix, "redundancy.weight_matrix")
         self.damping.validate("redundancy.damping")
 
-    def make(self, model: ControlModel, task: TaskFunction | None = None) -> RedundancyResolver:
-        """Returns the system for an arm.
+    def make(self, model: ControlModel, task: TaskFunction | None = None) -> NullSpace:
+        """Returns the part for an arm.
 
         Args:
             model: the arm.
@@ -185,14 +187,8 @@ class RedundancyConfig:
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
             task = self.task.make(model)
-        return RedundancyResolver(
-            model,
-            spd_matrix(self.K_n, "redundancy.K_n", n),
-            k_beta=self.k_beta,
-            task=task,
-            weight=weights[self.weight],
-            damping=self.damping,
-        )
+        K_n = spd_matrix(self.K_n, "redundancy.K_n", n)
+        return NullSpace(model, K_n, self.k_beta, task, weights[self.weight], self.damping)
 
 
 def _any_spd_matrix(value: Array, name: str) -> None:
@@ -208,7 +204,7 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    fused: bool = True  # the inner loop is one system, see `ArmControl`; without numba never
+    form: str = "blocks"  # or compiled: one system
 
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""
@@ -216,3 +212,4 @@ class ImpedanceControllerConfig:
         self.motion.validate()
         self.sampling.validate()
         self.redundancy.validate()
+        choice(self.form, "form", FORMS)

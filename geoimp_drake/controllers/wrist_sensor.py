@@ -8,15 +8,14 @@ from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.arm.kinematic_tree import path_to, welded_bodies
 from geoimp_drake.errors import ModelError
-from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensing import PLANT_LISTS
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensor,
     WristSensorConfig,
 )
+from geoimp_drake.parts.wrist_sensors import PLANT_LISTS
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.typing import Array
 
 __all__ = [

@@ -17,9 +17,8 @@ from pydrake.systems.primitives import ConstantVectorSource
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.garbage import only_new_garbage
-from geoimp_drake.systems.arm.arm_control import ArmControl
 from geoimp_drake.systems.arm.arm_model import ArmModel
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
+from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -267,10 +266,10 @@ def _arm_models(diagram: Diagram) -> Iterator[ControlModel]:
     """Yields the control models of the arms anywhere in a diagram."""
     system: System
     for system in diagram.GetSystems():
-        if isinstance(system, ArmControl | ArmModel):
+        if isinstance(system, ArmModel):
             yield system.model
-        elif isinstance(system, CooperativeControl):
-            yield from system.models
+        elif isinstance(system, PartSystem):
+            yield from getattr(system.part, "models", ())
         elif isinstance(system, Diagram):
             yield from _arm_models(system)
 

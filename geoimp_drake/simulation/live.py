@@ -18,8 +18,8 @@ from pydrake.systems.framework import (
     System,
 )
 
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy
+from geoimp_drake.parts.impedance import ImpedanceEnergy
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
 __all__ = ["PushButton", "StiffnessSliders", "add_live_controls", "pause_button"]

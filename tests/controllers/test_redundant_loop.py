@@ -20,7 +20,7 @@ from geoimp_drake.laws.redundancy.pseudo_inverse import (
     null_space_projector,
     weighted_pseudo_inverse,
 )
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance

@@ -14,7 +14,7 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingC
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, WRIST_SENSOR, add_cell
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 

@@ -17,7 +17,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensorConfig,

@@ -40,7 +40,7 @@ from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamics
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
 from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
@@ -59,7 +59,7 @@ from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
 from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensor,

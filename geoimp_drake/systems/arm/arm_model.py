@@ -5,19 +5,18 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.state import ArmState, evaluate_arm
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.arm.dynamics import arm_dynamics
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.laws.frame_motion import is_finite
-from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.block import Block
+from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     POSITION,
     QUATERNION,
     VELOCITY,
-    check_signal,
     frame_motion_vector,
 )
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmModel"]
@@ -35,7 +34,7 @@ class ArmModel(Block):
     def __init__(self, model: ControlModel):
         super().__init__()
         self._model = model
-        self._from_rotation = compiled(quaternion.from_rotation)
+        self._dynamics = arm_dynamics(model)
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
@@ -71,7 +70,7 @@ class ArmModel(Block):
         ordered, scratch = state[self._model.state_order], self._scratch.Eval(context)
         # A step of the plant makes Drake ask again for a state that has been evaluated already.
         if not _is_at(output.get_value(), ordered):
-            output.set_value(evaluate_arm(self._model, scratch, ordered, self._from_rotation))
+            output.set_value(self._dynamics.evaluate(scratch, ordered))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         arm = self._arm.Eval(context)

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, non_negative, positive
 

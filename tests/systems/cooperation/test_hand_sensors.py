@@ -16,7 +16,7 @@ from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 

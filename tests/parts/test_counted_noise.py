@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from geoimp_drake.systems.sensing.counted_noise import CountedNoise
+from geoimp_drake.parts.counted_noise import CountedNoise
 
 COUNTS = [*range(1, 300), 2**31, 2**32, 2**40, 2**53]
 

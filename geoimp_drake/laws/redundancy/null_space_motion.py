@@ -1,4 +1,4 @@
-"""The internal motion of a redundant arm: its laws (3.33) to (3.39) in the order of evaluation.
+"""The null-space motion of a redundant arm: its laws (3.33) to (3.39) in the order of evaluation.
 
 The Coriolis forces of (3.38) depend on the error (3.37), so there are two parts.
 """
@@ -16,11 +16,11 @@ from geoimp_drake.laws.redundancy.pseudo_inverse import pseudo_inverse_rate
 from geoimp_drake.laws.redundancy.task_velocity import task_velocity, task_velocity_rate
 from geoimp_drake.typing import Array
 
-__all__ = ["internal_acceleration", "internal_error"]
+__all__ = ["null_space_motion_acceleration", "null_space_motion_error"]
 
 
 @compilable
-def internal_error(
+def null_space_motion_error(
     J: Array,
     B: Array,
     W_inverse: Array,
@@ -52,7 +52,7 @@ def internal_error(
 
 
 @compilable
-def internal_acceleration(
+def null_space_motion_acceleration(
     J: Array,
     v: Array,
     J_pinv: Array,

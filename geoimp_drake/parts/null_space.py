@@ -1,0 +1,166 @@
+"""The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.dynamics import ArmDynamics, Scratch
+from geoimp_drake.arm.state import ArmState
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
+    SingularityDamping,
+    smallest_singular_value,
+)
+from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
+from geoimp_drake.laws.redundancy.null_space_motion import (
+    null_space_motion_acceleration,
+    null_space_motion_error,
+)
+from geoimp_drake.parts.part import Memory, Now
+from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import spd_matrix
+
+__all__ = ["NullSpace", "NullSpaceMotion"]
+
+
+@dataclass(slots=True)
+class NullSpaceMotion:
+    """What (3.32) needs besides the task acceleration, and what there is to report."""
+
+    J: Array  # (6×n)
+    J_pinv: Array  # J† (n×6)
+    alpha_n: Array  # (n)
+    null_space_error: Array  # e_n (n)
+    task_value: float  # w
+
+    @property
+    def smallest_singular_value(self) -> float:
+        """That of J."""
+        return smallest_singular_value(self.J)
+
+
+class NullSpace:
+    """How the null-space motion is controlled, and the posture from which targets may start.
+
+    That posture is the whole memory, NaN until it has been kept.
+
+    Args:
+        model: the arm.
+        K_n: gain of e_n, symmetric positive definite (n×n), or a number k for k I [Nms/rad, Ns/m].
+        k_beta: gain of the task function.
+        task: the task function w; none by default.
+        weight: a constant W, symmetric positive definite (n×n); by default W = B  (3.36).
+        damping: near singularities.
+
+    Attributes:
+        arguments: K_n, k_β, W and its inverse, whether W = B, σ₀ and λ₀, for a compiled law.
+
+    Raises:
+        ConfigurationError: a number cannot be used.
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        K_n: float | Array = 20.0,
+        k_beta: float = 0.0,
+        task: TaskFunction | None = None,
+        weight: Array | None = None,
+        damping: SingularityDamping | None = None,
+    ):
+        n = model.num_joints
+        if not np.isfinite(k_beta):
+            raise ConfigurationError(f"k_beta is {k_beta}; it must be finite.")
+        damping = damping or SingularityDamping()
+        damping.validate()
+        self._model, self._task = model, task or NoTask()
+        self._is_idle = isinstance(self._task, NoTask)
+        self._none = np.zeros(n)
+        K = spd_matrix(np.asarray(K_n), "K_n", n)
+        weights = np.zeros((2, n, n))
+        if weight is not None:
+            W = spd_matrix(weight, "weight", n)
+            weights = np.array([W, np.linalg.inv(W)])
+        limits = damping.threshold, damping.factor
+        self.arguments = K, float(k_beta), weights, weight is None, *limits
+        self.memory = Memory(start_posture=np.full(n, np.nan))
+        self._error = compiled(null_space_motion_error)
+        self._acceleration = compiled(null_space_motion_acceleration)
+
+    def keep_start(self, memory: Array, q: Array) -> None:
+        """Keeps the posture from which targets may start, if none has been kept.
+
+        Args:
+            memory: of this object (n,).
+            q: joint positions (n,).
+        """
+        if np.isnan(memory[0]):
+            memory[:] = q
+
+    def evaluate_task(self, memory: Array, now: Now, x: Array, dynamics: ArmDynamics) -> TaskValue:
+        """Returns w and its derivatives.
+
+        Args:
+            memory: of this object (n,).
+            now: whose time it is; the workspace is a `Scratch` of the model.
+            x: [q; v] (2n,) in the model's order.
+            dynamics: evaluates the arm, if the task function asks for it.
+        """
+        n = len(self._none)
+        if self._is_idle:
+            return TaskValue(0.0, 0.0, self._none, self._none)
+        scratch: Scratch = now.workspace
+        instant = Instant(
+            now.time,
+            x[:n],
+            x[n:],
+            x[:n] if np.isnan(memory[0]) else memory,
+            lambda: dynamics.evaluate(scratch, x),
+            lambda: scratch.at(x),
+        )
+        return self._task.evaluate(instant)
+
+    def motion(
+        self, arm: ArmState, task: TaskValue, scratch: Scratch, dynamics: ArmDynamics
+    ) -> NullSpaceMotion:
+        """Returns the null-space motion's part of (3.32).
+
+        Args:
+            arm: the arm's state.
+            task: of `evaluate_task`.
+            scratch: of the model.
+            dynamics: has evaluated the arm.
+        """
+        K_n, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = self.arguments
+        J, v = arm.Jv_V_WE, arm.v
+        dB = dynamics.inertia_rate(scratch, arm)
+        # (3.33), (3.39), (3.37)
+        B_inverse, J_pinv, N, beta, e_n = self._error(
+            J, arm.B, W_inverse, weighs_by_inertia, threshold, factor, k_beta, task.gradient, v
+        )
+        dW = np.zeros_like(dB)
+        if weighs_by_inertia:
+            W, W_inverse, dW = arm.B, B_inverse, dB
+        # (3.38)
+        C_e = coriolis_product(partial(dynamics.coriolis, scratch, arm), arm.Cv, v, e_n)
+        alpha_n = self._acceleration(
+            J,
+            v,
+            J_pinv,
+            N,
+            W,
+            W_inverse,
+            dW,
+            B_inverse,
+            dB,
+            k_beta,
+            beta,
+            task.gradient_rate,
+            K_n @ e_n,
+            C_e,
+        )
+        return NullSpaceMotion(J, J_pinv, alpha_n, e_n, task.value)

@@ -1,0 +1,322 @@
+"""What a part of a controller is: named inputs, memory, state and outputs, and no Drake system.
+
+A part holds gains and compiled laws, never signals: what it remembers is in an array that it is
+given, so that one part serves any number of contexts. `systems.part_system.PartSystem` makes a
+LeafSystem of any part; a part that contains others calls them itself.
+
+A part has what the protocols below name, each of them optional but `Part`. In a class that needs
+no memory, `memory` is an empty `Memory`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from geoimp_drake.typing import Array
+
+__all__ = [
+    "NOTHING",
+    "Begins",
+    "Checks",
+    "Finds",
+    "Flows",
+    "Memory",
+    "Now",
+    "Output",
+    "Part",
+    "Samples",
+    "Settles",
+    "Starts",
+    "Within",
+    "Works",
+    "held",
+    "nested",
+]
+
+NOTHING = np.empty(0)
+
+
+class Memory:
+    """Names for places in one vector, and what stands there at the start.
+
+    `Memory(reading=np.zeros(12), count=0.0)` has attributes `reading`, a slice, and `count`, an
+    index: `vector[memory.reading]`. A `Memory` as a value is that of a part within.
+
+    Attributes:
+        start: the whole vector at the start (n,).
+    """
+
+    def __init__(self, **start: "Array | float | Memory"):
+        places: list[Array] = []
+        size = 0
+        for name, value in start.items():
+            values = np.atleast_1d(value.start if isinstance(value, Memory) else value)
+            is_number = not isinstance(value, Memory) and np.ndim(value) == 0
+            setattr(self, name, size if is_number else slice(size, size + len(values)))
+            places.append(values)
+            size += len(values)
+        self.start: Array = np.concatenate((NOTHING, *places)).astype(float)
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def __getattr__(self, name: str) -> Any:  # the places are set by name
+        raise AttributeError(f"There is no place '{name}' in the memory.")
+
+
+class Now(Protocol):
+    """What a part is given at an instant: its inputs by name, and what follows from them.
+
+    Attributes:
+        time: [s].
+        system: the name of the system, for messages.
+        memory: a copy of the part's memory.
+        state: a copy of the part's continuous state.
+        found: what `find` has written.
+        workspace: what `new_workspace` has made.
+    """
+
+    @property
+    def time(self) -> float: ...  # noqa: D102 - above
+
+    @property
+    def system(self) -> str: ...  # noqa: D102 - above
+
+    @property
+    def memory(self) -> Array: ...  # noqa: D102 - above
+
+    @property
+    def state(self) -> Array: ...  # noqa: D102 - above
+
+    @property
+    def found(self) -> Any: ...  # noqa: D102 - above
+
+    @property
+    def workspace(self) -> Any: ...  # noqa: D102 - above
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of an input."""
+
+    def has(self, name: str) -> bool:
+        """Whether an input is connected."""
+
+    def port(self, name: str) -> str:
+        """The full name of an input, for errors."""
+
+    def output(self, name: str) -> Array:
+        """The value of one of the part's outputs."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """One output of a part.
+
+    Attributes:
+        name: of the output.
+        size: of the vector; one of 19 is a frame motion.
+        write: writes the value, given what is now and where.
+        of: what it depends on: inputs, and of `memory`, `state`, `time` and `found`.
+    """
+
+    name: str
+    size: int
+    write: Callable[[Now, Array], None]
+    of: Sequence[str]
+
+    def within(self, view: Callable[[Now], Now], inputs: Mapping[str, Any]) -> "Output":
+        """Returns the same output of a part that contains this one.
+
+        Args:
+            view: what the inner part is given.
+            inputs: of the outer part; what else the inner one is given is in the memory.
+        """
+        of = [name for name in self.of if name in inputs or name in ("memory", "time")]
+        return replace(self, write=lambda now, value: self.write(view(now), value), of=of)
+
+
+def nested(*places: slice) -> slice:
+    """Returns a place in a vector of a place in it, of a place in that and so on."""
+    start = sum(place.start for place in places)
+    return slice(start, start + places[-1].stop - places[-1].start)
+
+
+def held(name: str, place: slice) -> Output:
+    """Returns an output that is a place of the memory.
+
+    Args:
+        name: of the output.
+        place: in the part's memory.
+    """
+
+    def write(now: Now, value: Array) -> None:
+        value[:] = now.memory[place]
+
+    return Output(name, place.stop - place.start, write, ("memory",))
+
+
+class Part(Protocol):
+    """What every part has.
+
+    Attributes:
+        inputs: sizes of vectors by name, 19 for a frame motion, or an example of anything else.
+        memory: what is remembered from sample to sample and from step to step.
+        outputs: in the order of their ports.
+    """
+
+    @property
+    def inputs(self) -> Mapping[str, Any]: ...  # noqa: D102 - above
+
+    @property
+    def memory(self) -> Memory: ...  # noqa: D102 - above
+
+    @property
+    def outputs(self) -> Sequence[Output]: ...  # noqa: D102 - above
+
+
+@runtime_checkable
+class Starts(Protocol):
+    """A part that does something at initialization, when its memory is as at the start."""
+
+    def start(self, memory: Array, now: Now) -> None:
+        """Writes the memory."""
+
+
+@runtime_checkable
+class Settles(Protocol):
+    """A part that does something at initialization when all have started."""
+
+    def settle(self, memory: Array, now: Now) -> None:
+        """Writes the memory."""
+
+
+@runtime_checkable
+class Samples(Protocol):
+    """A part that does something every period.
+
+    Attributes:
+        samplings: periods [s], each with what writes the memory then.
+    """
+
+    samplings: Sequence[tuple[float, Callable[[Array, Now], None]]]
+
+
+@runtime_checkable
+class Begins(Protocol):
+    """A part that does something as a simulator's step begins."""
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Writes memory and state."""
+
+
+@runtime_checkable
+class Checks(Protocol):
+    """A part that refuses at initialization what it cannot use."""
+
+    def check_start(self, now: Now) -> None:
+        """Evaluates what raises the errors."""
+
+
+@runtime_checkable
+class Finds(Protocol):
+    """A part that finds something of which several of its outputs are made.
+
+    Attributes:
+        found_of: what it depends on, as in `Output`.
+    """
+
+    found_of: Sequence[str]
+
+    def new_found(self) -> Any:
+        """Returns where to write it."""
+
+    def find(self, now: Now, found: Any) -> None:
+        """Writes it."""
+
+
+@runtime_checkable
+class Flows(Protocol):
+    """A part with a continuous state.
+
+    Attributes:
+        state: named like the memory.
+    """
+
+    state: Memory
+
+    def rate(self, now: Now, rate: Array) -> None:
+        """Writes the state's derivative."""
+
+
+@runtime_checkable
+class Works(Protocol):
+    """A part that needs something to work with that is no state, such as a context of a plant."""
+
+    def new_workspace(self) -> Any:
+        """Returns it."""
+
+
+class Within(dict[str, Any]):
+    """What a part within another one is given: a `Now` with names and places of its own.
+
+    Args:
+        now: what the outer part is given.
+        names: of the outer part's inputs, by those of the inner one; others are the same.
+        given: what takes the place of inputs.
+        memory: of the inner part.
+        state: of the inner part.
+        place: of the inner part's workspace in the outer one's.
+        label: put behind the system's name in messages.
+    """
+
+    __slots__ = ("_label", "_names", "_now", "_place", "memory", "state")
+
+    def __init__(
+        self,
+        now: Now,
+        names: Mapping[str, str],
+        given: Mapping[str, Any],
+        memory: Array = NOTHING,
+        state: Array = NOTHING,
+        place: int = 0,
+        label: str = "",
+    ):
+        super().__init__(given)
+        self._now, self._names, self._place, self._label = now, names, place, label
+        self.memory, self.state = memory, state
+
+    def __missing__(self, name: str) -> Any:
+        return self._now[self._names.get(name, name)]
+
+    @property
+    def time(self) -> float:
+        """The time [s]."""
+        return self._now.time
+
+    @property
+    def system(self) -> str:
+        """The name of the system, for messages."""
+        return self._now.system + self._label
+
+    @property
+    def found(self) -> Any:
+        """What the outer part has found."""
+        return self._now.found
+
+    @property
+    def workspace(self) -> Any:
+        """What the inner part works with."""
+        return self._now.workspace[self._place]
+
+    def has(self, name: str) -> bool:
+        """Whether an input is connected."""
+        return name in self or self._now.has(self._names.get(name, name))
+
+    def port(self, name: str) -> str:
+        """The full name of an input, for errors."""
+        return self._now.port(self._names.get(name, name))
+
+    def output(self, name: str) -> Array:
+        """The value of one of the outer part's outputs."""
+        return self._now.output(self._names.get(name, name))
