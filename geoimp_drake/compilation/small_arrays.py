@@ -3,7 +3,7 @@
 Vectors, quaternions and 3×3 matrices are the words of the laws. For numba each array is a piece of
 memory, allocated, counted and released, which costs more than the arithmetic, and takes long to
 compile. What these functions return is, compiled, a value: its entries and no memory at all
-(`compiled_arrays.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
+(`small_array_type.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
 
 A compiled law takes its signals by `sized` and may then use of each other: `+`, `-`, `@`, `.T`,
 `-a`, products with and quotients by a number, and entries and slices whose places are constants. It
