@@ -47,7 +47,7 @@ def compilable(law: Law) -> Law:
 
 
 def compilable_as(body: Callable[..., Any]) -> Callable[[Law], Law]:
-    """Marks a function for which `body` is compiled, since numba does not know its own way."""
+    """Marks a function for which `body` is compiled: numba has no such function, or a slow one."""
 
     def mark(law: Law) -> Law:
         _unknown.append((law, body))
@@ -72,7 +72,7 @@ def is_available() -> bool:
 
 @cache
 def _numba_works() -> bool:
-    """Returns False, and warns, if numba or what it is told of small arrays fails here."""
+    """Returns False, and warns, if numba fails or cannot be taught small arrays."""
     try:
         import numba
 
@@ -80,7 +80,7 @@ def _numba_works() -> bool:
             raise RuntimeError("the environment variable NUMBA_DISABLE_JIT is set")
         import scipy.linalg  # noqa: F401 - numba takes linear algebra from it
 
-        from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - tells numba
+        from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - teaches
 
         _announce()
         _compiled(_trial)(np.zeros(3))
@@ -120,7 +120,7 @@ def _introduce_laws() -> None:
 
 @cache
 def _announce() -> None:
-    """Has the first compilation of a law, which takes a while, announced in the log."""
+    """Logs the first compilation of a law, which takes a while."""
     from numba.core import event
 
     class Announcement(event.Listener):
