@@ -1,15 +1,15 @@
-"""Laws compiled by numba where it is installed: the same functions, the same numbers, sooner.
+"""Laws compiled by numba where it is installed: the same functions, the same numbers, faster.
 
 A law is written once, in Python. `@compilable` marks it as one that numba can compile and leaves it
 as it is, so that it still takes arrays of Drake's `AutoDiffXd`. `compiled(law)` returns a compiled
 form for arrays of `float`; laws called by a compiled law are compiled into it. Machine code is kept
-on disk, beside the source or in numba's folder for the user.
+on disk, see `machine_code.py`.
 
 Without numba (the extra `fast`), or with the environment variable `GEOIMP_COMPILED=0`,
-`compiled(law)` is the law itself. numba is imported by the first call, not before.
+`compiled(law)` is the law itself. So it is, with a warning, if numba is installed and does not
+work. numba is imported by the first call, not before.
 """
 
-import hashlib
 import importlib.util
 import logging
 import os
@@ -17,6 +17,11 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
+
+from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.typing import Array
 
 __all__ = ["compilable", "compilable_as", "compiled", "is_available"]
 
@@ -26,7 +31,7 @@ SWITCH = "GEOIMP_COMPILED"
 
 _log = logging.getLogger("drake")
 
-# Laws that numba does not know yet, with what it shall compile for each.
+# Laws that numba has not been told of, with what it compiles for each.
 _unknown: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
 # Nothing calls a law from C; a tenth of the compilation is saved.
@@ -42,7 +47,7 @@ def compilable(law: Law) -> Law:
 
 
 def compilable_as(body: Callable[..., Any]) -> Callable[[Law], Law]:
-    """Marks a function for which `body` is compiled, since numba does not know its own way."""
+    """Marks a function for which `body` is compiled: numba has no such function, or a slow one."""
 
     def mark(law: Law) -> Law:
         _unknown.append((law, body))
@@ -60,27 +65,44 @@ def compiled(law: Law) -> Law:
 
 
 def is_available() -> bool:
-    """Whether laws are compiled."""
-    # numba takes linear algebra from SciPy.
+    """Returns False if laws run as written."""
     wanted = os.environ.get(SWITCH, "1") != "0"
-    return wanted and all(importlib.util.find_spec(name) for name in ("numba", "scipy"))
+    return wanted and importlib.util.find_spec("numba") is not None and _numba_works()
+
+
+@cache
+def _numba_works() -> bool:
+    """Returns False, and warns, if numba fails or cannot be taught small arrays."""
+    try:
+        import numba
+
+        if numba.config.DISABLE_JIT:
+            raise RuntimeError("the environment variable NUMBA_DISABLE_JIT is set")
+        import scipy.linalg  # noqa: F401 - numba takes linear algebra from it
+
+        from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - teaches
+
+        _announce()
+        _compiled(_trial)(np.zeros(3))
+    except Exception as error:  # of another release of numba, anything
+        _log.warning("numba does not work here, so laws run uncompiled and slower: %r", error)
+        return False
+    return True
+
+
+def _trial(a: Array) -> Array:
+    return 2.0 * sized(a, 3)
 
 
 @cache
 def _compiled(law: Any) -> Any:
     import numba
-    import scipy.linalg  # noqa: F401 - numba's linear algebra calls it
 
-    from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - numba learns of them
+    from geoimp_drake.compilation.machine_code import keep
 
-    _announce()
     _introduce_laws()
-    try:
-        dispatcher = numba.njit(cache=True, **_OPTIONS)(law)
-    except RuntimeError:  # no folder that can be written: compile in every process
-        return numba.njit(**_OPTIONS)(law)
-    if _PACKAGE in Path(law.__code__.co_filename).resolve().parents:
-        _discard_outdated(Path(dispatcher.stats.cache_path))
+    dispatcher = numba.njit(**_OPTIONS)(law)
+    keep(dispatcher, law)
     return dispatcher
 
 
@@ -98,7 +120,7 @@ def _introduce_laws() -> None:
 
 @cache
 def _announce() -> None:
-    """Has the first compilation of a law, which takes a while, announced in the log."""
+    """Logs the first compilation of a law, which takes a while."""
     from numba.core import event
 
     class Announcement(event.Listener):
@@ -114,31 +136,3 @@ def _announce() -> None:
             pass
 
     event.register("numba:compile", Announcement())
-
-
-@cache
-def _discard_outdated(folder: Path) -> None:
-    """Forgets what was compiled from other sources.
-
-    Numba itself compares the file of the compiled law alone, not those of the laws that it calls.
-    """
-    stamp = folder / "geoimp_drake.sources"
-    if not stamp.exists() or stamp.read_text(encoding="utf-8") != _fingerprint():
-        for index in folder.glob("*.nbi"):
-            index.unlink(missing_ok=True)
-        stamp.write_text(_fingerprint(), encoding="utf-8")
-
-
-@cache
-def _fingerprint() -> str:
-    """Returns a hash of every source from which machine code is made."""
-    digest = hashlib.sha256()
-    for path in _sources():
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _sources() -> list[Path]:
-    """Returns what may be compiled, and what says how."""
-    parts = ("compilation", "rotations", "laws")
-    return sorted(path for part in parts for path in (_PACKAGE / part).rglob("*.py"))

@@ -1,8 +1,8 @@
 """What numba compiles for the arrays of `small_arrays.py`: values, which take no memory.
 
-Importing this module tells numba their type, how they are made, read and written, and what
-arithmetic on them is: written out entry by entry, since a loop over three entries is not worth one;
-only long products are loops. Entries are in the order of NumPy, row by row.
+Importing this module teaches numba their type, how they are made, read and written, and arithmetic
+on them: written out entry by entry, and as loops for long products only. Entries are in the order
+of NumPy, row by row.
 """
 
 import itertools
@@ -95,7 +95,10 @@ def _is_number(kind: types.Type) -> bool:
 
 
 def _typed(function: Any, result: Callable[..., Any], literal: bool = False) -> None:
-    """Has `result` say what a function returns for arguments of given types, None if not here."""
+    """Teaches numba the type of a function's result: `result` of the types of its arguments.
+
+    `result` returns None for types that are not its own.
+    """
 
     class Template(AbstractTemplate):
         prefer_literal = literal
@@ -229,7 +232,7 @@ def _pointer(context: Any, builder: Any, kind: Any, array: Any, place: Sequence[
 
 
 def _entry_by_entry(operation: Any, instruction: str) -> None:
-    """Makes a sum, difference or product of two arrays, entry by entry, known."""
+    """Teaches numba a sum, difference or product of two arrays, entry by entry."""
 
     def result(a: types.Type, b: types.Type) -> Any:
         return signature(a, a, b) if isinstance(a, SmallArray) and a == b else None
@@ -244,7 +247,7 @@ def _entry_by_entry(operation: Any, instruction: str) -> None:
 
 
 def _with_number(operation: Any, instruction: str, *, number_first: bool) -> None:
-    """Makes a product with, or a quotient by, a number known."""
+    """Teaches numba a product with, or a quotient by, a number."""
     place = 1 if number_first else 0
 
     def result(a: types.Type, b: types.Type) -> Any:
@@ -363,7 +366,7 @@ def _item_type(a: types.Type, place: Any) -> Any:
 
 
 def _assigned_type(target: types.Type, place: Any, a: types.Type) -> Any:
-    """The slices must say themselves how many entries they take, so that these can be compared."""
+    """Accepts slices with a constant stop only: the size of the array is not known."""
     if not (isinstance(target, types.Array) and isinstance(a, SmallArray)):
         return None
     parts = place if isinstance(place, tuple) else (place,)
@@ -385,7 +388,7 @@ def _item(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _shape_at(parts: tuple) -> tuple[int, ...] | None:
-    """Returns the shape of what a constant place of an array takes; None if it does not tell."""
+    """Returns the shape at a constant place of an array; None if it depends on the array's."""
     shape = []
     for part in parts:
         if isinstance(part, slice):

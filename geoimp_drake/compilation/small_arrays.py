@@ -1,13 +1,13 @@
 """Small arrays of a known shape, which a compiled law keeps in registers.
 
-Vectors, quaternions and 3×3 matrices are the words of the laws. For numba each array is a piece of
-memory, allocated, counted and released, which costs more than the arithmetic, and takes long to
-compile. What these functions return is, compiled, a value: its entries and no memory at all
-(`compiled_arrays.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
+Laws work on vectors, quaternions and 3×3 matrices. For numba each array is a piece of memory,
+allocated, counted and released, which costs more than the arithmetic, and takes long to compile.
+What these functions return is, compiled, a value: its entries and no memory at all
+(`small_array_type.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
 
-A compiled law takes its signals by `sized` and may then use of each other: `+`, `-`, `@`, `.T`,
-`-a`, products with and quotients by a number, and entries and slices whose places are constants. It
-writes what it found to slices of arrays, `motion[POSITION] = p`.
+A compiled law takes its signals by `sized`. On small arrays it may use `+`, `-`, `@`, `.T`, `-a`,
+products with and quotients by a number, and entries and slices at constant places. It writes its
+results to slices of ordinary arrays, `motion[POSITION] = p`. See docs/concepts/compiled_laws.md.
 """
 
 from typing import Any
@@ -37,7 +37,7 @@ def joined(first: Array, second: Array) -> Array:
 
 
 def sized(a: Array, *shape: int) -> Array:
-    """The array `a` of a shape that must be its own: it is not looked at when compiled.
+    """The array `a` as a small array of its own shape, which is not compared when compiled.
 
     Do not write to `a` as long as the result is used: only compiled it is a copy.
 
@@ -49,12 +49,12 @@ def sized(a: Array, *shape: int) -> Array:
 
 
 def sized_like(a: Array, pattern: Array) -> Array:
-    """The array `a`, compiled of a known shape if `pattern`, which has the same, is so."""
+    """The array `a`, a small array if `pattern`, which has the same shape, is one."""
     return a
 
 
 def stored(a: Array) -> Array:
-    """The array `a`, compiled in memory: for loops over entries, and for LAPACK."""
+    """The array `a` as an ordinary one: for loops over entries, and for LAPACK."""
     return a
 
 

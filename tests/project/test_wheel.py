@@ -23,7 +23,10 @@ from library_tree import FOLDERS, MODULES, PYPROJECT, ROOT, files
 # 3.11 gets the last Drake that supports it, 3.12 the newest.
 PYTHONS = ("3.11", "3.12")
 # Imported where numba is installed, which the extra `fast` brings.
-WITH_NUMBA = {"geoimp_drake.compilation.small_array_type"}
+WITH_NUMBA = {
+    "geoimp_drake.compilation.machine_code",
+    "geoimp_drake.compilation.small_array_type",
+}
 NO_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")
 
 

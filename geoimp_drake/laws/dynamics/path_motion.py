@@ -17,30 +17,24 @@ is revolute or 0 if prismatic, and its places among all positions and among all 
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import Row, matrix
+from geoimp_drake.compilation.small_arrays import sized
 from geoimp_drake.laws.frame_motion import (
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    LINEAR_ACCELERATION,
+    LINEAR_VELOCITY,
+    POSITION,
     QUATERNION,
 )
-from geoimp_drake.rotations.components import xyz
+from geoimp_drake.rotations.pose import compose
 from geoimp_drake.rotations.quaternion import from_rotation
-from geoimp_drake.rotations.tuples import (
-    ORIGIN,
-    UNTURNED,
-    Rows,
-    attached,
-    crossed,
-    plus,
-    product,
-    scaled,
-    times,
-    turn,
-    write_pose,
-)
+from geoimp_drake.rotations.so3 import cross, rotation_about
 from geoimp_drake.typing import Array
 
 __all__ = ["motion_along", "pose_along"]
 
 _AXIS, _TURNS, _POSITION, _VELOCITY = slice(12, 15), 15, 16, 17
+_IDENTITY, _ZERO = np.eye(3), np.zeros(3)
 
 
 @compilable
@@ -52,12 +46,13 @@ def pose_along(path: Array, q: Array) -> Array:
         q: at least all positions [rad, m].
     """
     X_WE = np.empty((3, 4))
-    R, p = UNTURNED, ORIGIN
+    R, p = sized(_IDENTITY, 3, 3), sized(_ZERO, 3)
     for j in range(len(path) - 1):
-        R, p = attached(R, p, path[j, :12].reshape(3, 4))
+        R, p = compose(R, p, path[j, :12].reshape(3, 4))
         R, p = _moved(R, p, path[j], q[int(path[j, _POSITION])])
-    R, p = attached(R, p, path[len(path) - 1, :12].reshape(3, 4))
-    write_pose(R, p, X_WE)
+    R, p = compose(R, p, path[len(path) - 1, :12].reshape(3, 4))
+    X_WE[:3, :3] = R
+    X_WE[:3, 3] = p
     return X_WE
 
 
@@ -72,40 +67,44 @@ def motion_along(path: Array, q: Array, v: Array, dv: Array, motion: Array) -> N
         dv: all accelerations [rad/s², m/s²].
         motion: where to write.
     """
-    R, p, w, dw, v_P, a_P = UNTURNED, ORIGIN, ORIGIN, ORIGIN, ORIGIN, ORIGIN
+    zero = sized(_ZERO, 3)
+    R, p, w, dw, v_P, a_P = sized(_IDENTITY, 3, 3), zero, zero, zero, zero, zero
     for j in range(len(path)):
         before = p
-        R, p = attached(R, p, path[j, :12].reshape(3, 4))
+        R, p = compose(R, p, path[j, :12].reshape(3, 4))
         v_P, a_P = _carried(v_P, a_P, w, dw, before, p)
         if j < len(path) - 1:
             k, before = int(path[j, _VELOCITY]), p
-            axis = times(R, xyz(path[j, _AXIS]))
+            axis = R @ sized(path[j, _AXIS], 3)
             R, p = _moved(R, p, path[j], q[int(path[j, _POSITION])])
-            rate, push = scaled(v[k], axis), scaled(dv[k], axis)
+            rate, push = v[k] * axis, dv[k] * axis
             if path[j, _TURNS] > 0.0:
-                dw = plus(dw, plus(push, crossed(w, rate)))
-                w = plus(w, rate)
+                dw = dw + push + cross(w, rate)
+                w = w + rate
             else:
                 v_P, a_P = _carried(v_P, a_P, w, dw, before, p)
-                v_P = plus(v_P, rate)
-                a_P = plus(a_P, plus(push, scaled(2.0, crossed(w, rate))))
-    motion[QUATERNION] = from_rotation(matrix(R[0], R[1], R[2]))
-    for start, a in ((4, p), (7, w), (10, v_P), (13, dw), (16, a_P)):
-        motion[start], motion[start + 1], motion[start + 2] = a
+                v_P = v_P + rate
+                a_P = a_P + push + 2.0 * cross(w, rate)
+    motion[QUATERNION] = from_rotation(R)
+    motion[POSITION] = p
+    motion[ANGULAR_VELOCITY] = w
+    motion[LINEAR_VELOCITY] = v_P
+    motion[ANGULAR_ACCELERATION] = dw
+    motion[LINEAR_ACCELERATION] = a_P
 
 
 @compilable
-def _moved(R: Rows, p: Row, joint: Array, q: float) -> tuple[Rows, Row]:
+def _moved(R: Array, p: Array, joint: Array, q: float) -> tuple[Array, Array]:
     """Returns where F, at R and p, is after its joint has moved."""
-    axis = xyz(joint[_AXIS])
+    axis = sized(joint[_AXIS], 3)
     if joint[_TURNS] > 0.0:
-        return product(R, turn(axis, q)), p
-    return R, plus(p, scaled(q, times(R, axis)))
+        return R @ rotation_about(axis, q), p
+    return R, p + q * (R @ axis)
 
 
 @compilable
-def _carried(v: Row, a: Row, w: Row, dw: Row, P: Row, Q: Row) -> tuple[Row, Row]:
+def _carried(v: Array, a: Array, w: Array, dw: Array, P: Array, Q: Array) -> tuple[Array, Array]:
     """Returns velocity and acceleration of the point at Q from those of the one at P."""
-    r = plus(Q, scaled(-1.0, P))
-    u = crossed(w, r)
-    return plus(v, u), plus(a, plus(crossed(dw, r), crossed(w, u)))
+    r = Q - P
+    u = cross(w, r)
+    return v + u, a + cross(dw, r) + cross(w, u)

@@ -13,8 +13,7 @@ so that, with sums over the links from j outwards,
     B_ij = s_iᵀ (Σ I) s_j  for i ≤ j,   (Cq̇)_j = s_jᵀ Σ (I A + İ V),   A = Σ ṡ q̇.
 
 The inertia of a link is ten numbers, which add: mass, mass times the place of its centre, and
-xx, yy, zz, xy, yz, zx of its rotational inertia about W's origin. Small vectors are tuples here:
-compiled, they cost nothing. Floats only.
+xx, yy, zz, xy, yz, zx of its rotational inertia about W's origin. Floats only.
 """
 
 from typing import NamedTuple
@@ -22,23 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import Row
+from geoimp_drake.compilation.small_arrays import joined, sized, vector
 from geoimp_drake.rotations.components import rows, xyz
-from geoimp_drake.rotations.tuples import (
-    ORIGIN,
-    UNTURNED,
-    Rows,
-    attached,
-    crossed,
-    dot,
-    plus,
-    product,
-    scaled,
-    times,
-    transposed,
-    turn,
-    write_pose,
-)
+from geoimp_drake.rotations.pose import compose
+from geoimp_drake.rotations.so3 import cross, rotation_about
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -48,6 +34,8 @@ __all__ = [
     "chain_motion",
     "chain_posture",
 ]
+
+_IDENTITY, _ZEROS = np.eye(3), np.zeros(10)
 
 
 class ChainArrays(NamedTuple):
@@ -78,21 +66,23 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
     """
     n = len(q)
     s, links, X_WE = np.zeros((n, 6)), np.empty((n, 10)), np.empty((3, 4))
-    R, p = UNTURNED, ORIGIN
+    R, p = sized(_IDENTITY, 3, 3), sized(_ZEROS[:3], 3)
     for j in range(n):
-        R, p = attached(R, p, arm.X_MF[j])
-        axis = xyz(arm.axes[j])
-        a = times(R, axis)
+        R, p = compose(R, p, arm.X_MF[j])
+        axis, s_j, link = sized(arm.axes[j], 3), s[j], links[j]
+        a = R @ axis
         if arm.turns[j] > 0.0:
-            R = product(R, turn(axis, q[j]))
-            s[j, 0], s[j, 1], s[j, 2] = a
-            s[j, 3], s[j, 4], s[j, 5] = crossed(p, a)
+            R = R @ rotation_about(axis, q[j])
+            s_j[:3] = a
+            s_j[3:6] = cross(p, a)
         else:
-            p = plus(p, scaled(q[j], a))
-            s[j, 3], s[j, 4], s[j, 5] = a
-        _write_inertia(arm.masses[j], xyz(arm.centres[j]), rows(arm.inertias[j]), R, p, links[j])
-    R, p = attached(R, p, arm.X_ME)
-    write_pose(R, p, X_WE)
+            p = p + q[j] * a
+            s_j[3:6] = a
+        I_R = R @ sized(arm.inertias[j], 3, 3) @ R.T
+        link[:10] = _inertia(arm.masses[j], p + R @ sized(arm.centres[j], 3), I_R)
+    R, p = compose(R, p, arm.X_ME)
+    X_WE[:3, :3] = R
+    X_WE[:3, 3] = p
     return s, links, X_WE
 
 
@@ -105,21 +95,18 @@ def chain_motion(s: Array, v: Array, p_WE: Array) -> tuple[Array, Array, Array]:
         v: joint velocities (n,).
         p_WE: E's origin (3,) [m].
     """
-    n, p = len(v), xyz(p_WE)
+    n, p = len(v), sized(p_WE, 3)
     J, V_WE, Jdot_v = np.empty((6, n)), np.empty(6), np.empty(6)
-    w, v_O, dw, dv_O = ORIGIN, ORIGIN, ORIGIN, ORIGIN
+    V, A = sized(_ZEROS[:6], 6), sized(_ZEROS[:6], 6)
     for j in range(n):
-        a, b = _halves(s[j])
-        J[0, j], J[1, j], J[2, j] = a
-        J[3, j], J[4, j], J[5, j] = plus(b, crossed(a, p))
-        w, v_O = plus(w, scaled(v[j], a)), plus(v_O, scaled(v[j], b))
-        da, db = crossed(w, a), plus(crossed(w, b), crossed(v_O, a))
-        dw, dv_O = plus(dw, scaled(v[j], da)), plus(dv_O, scaled(v[j], db))
-    v_WE = plus(v_O, crossed(w, p))
-    V_WE[0], V_WE[1], V_WE[2] = w
-    V_WE[3], V_WE[4], V_WE[5] = v_WE
-    Jdot_v[0], Jdot_v[1], Jdot_v[2] = dw
-    Jdot_v[3], Jdot_v[4], Jdot_v[5] = plus(plus(dv_O, crossed(dw, p)), crossed(w, v_WE))
+        s_j, column = sized(s[j], 6), J[:, j]
+        column[:6] = _shifted(s_j, p)
+        V = V + v[j] * s_j
+        A = A + v[j] * _cross(V, s_j)
+    V_E, A_E = _shifted(V, p), _shifted(A, p)
+    V_WE[:6] = V_E
+    Jdot_v[:3] = A_E[:3]
+    Jdot_v[3:6] = A_E[3:] + cross(V_E[:3], V_E[3:])
     return J, V_WE, Jdot_v
 
 
@@ -137,25 +124,21 @@ def chain_dynamics(
     """
     n = len(v)
     ds, dlinks, forces = _rates(s, links, v)
-    gravity = xyz(arm.gravity)
+    gravity = sized(arm.gravity, 3)
     B, dB, g = np.empty((n, n)), np.empty((n, n)), np.empty(n)
-    outward, doutward, f, df = np.zeros(10), np.zeros(10), np.empty(6), np.empty(6)
+    outward, doutward = sized(_ZEROS, 10), sized(_ZEROS, 10)
     for j in range(n - 1, -1, -1):
-        outward += links[j]
-        doutward += dlinks[j]
-        f[:] = 0.0
-        df[:] = 0.0
-        _add_momentum(outward, _halves(s[j]), f)
-        _add_momentum(outward, _halves(ds[j]), df)
-        _add_momentum(doutward, _halves(s[j]), df)
+        outward, doutward = outward + sized(links[j], 10), doutward + sized(dlinks[j], 10)
+        s_j, ds_j = sized(s[j], 6), sized(ds[j], 6)
+        f = _momentum(outward, s_j)
+        df = _momentum(outward, ds_j) + _momentum(doutward, s_j)
         for i in range(j + 1):
-            B[i, j] = B[j, i] = _dot(s[i], f)
-            dB[i, j] = dB[j, i] = _dot(ds[i], f) + _dot(s[i], df)
+            s_i, ds_i = sized(s[i], 6), sized(ds[i], 6)
+            B[i, j] = B[j, i] = s_i @ f
+            dB[i, j] = dB[j, i] = ds_i @ f + s_i @ df
         B[j, j] += arm.rotors[j]
-        a, b = _halves(s[j])
         # The weight of the links from j outwards.
-        moment = crossed((outward[1], outward[2], outward[3]), gravity)
-        g[j] = -(dot(a, moment) + outward[0] * dot(b, gravity))
+        g[j] = -(s_j[:3] @ cross(outward[1:4], gravity) + outward[0] * (s_j[3:] @ gravity))
     return B, dB, _felt(s, forces), g
 
 
@@ -175,84 +158,102 @@ def chain_coriolis(s: Array, links: Array, v: Array) -> Array:
 def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
     """Returns ṡ (n, 6), İ (n, 10) and the forces I A + İ V (n, 6) that the links' motion takes."""
     n = len(v)
-    ds, dlinks, forces = np.empty((n, 6)), np.zeros((n, 10)), np.zeros((n, 6))
-    w, v_O, dw, dv_O = ORIGIN, ORIGIN, ORIGIN, ORIGIN  # V and A
+    ds, dlinks, forces = np.empty((n, 6)), np.empty((n, 10)), np.empty((n, 6))
+    V, A = sized(_ZEROS[:6], 6), sized(_ZEROS[:6], 6)
     for j in range(n):
-        a, b = _halves(s[j])
-        w, v_O = plus(w, scaled(v[j], a)), plus(v_O, scaled(v[j], b))
-        da, db = crossed(w, a), plus(crossed(w, b), crossed(v_O, a))
-        ds[j, 0], ds[j, 1], ds[j, 2] = da
-        ds[j, 3], ds[j, 4], ds[j, 5] = db
-        dw, dv_O = plus(dw, scaled(v[j], da)), plus(dv_O, scaled(v[j], db))
-        _write_inertia_rate(links[j], w, v_O, dlinks[j])
-        _add_momentum(links[j], (dw, dv_O), forces[j])
-        _add_momentum(dlinks[j], (w, v_O), forces[j])
+        s_j, link = sized(s[j], 6), sized(links[j], 10)
+        V = V + v[j] * s_j
+        ds_j, dlink = _cross(V, s_j), _inertia_rate(link, V)
+        A = A + v[j] * ds_j
+        rate, inertia_rate, force = ds[j], dlinks[j], forces[j]
+        rate[:6] = ds_j
+        inertia_rate[:10] = dlink
+        force[:6] = _momentum(link, A) + _momentum(dlink, V)
     return ds, dlinks, forces
 
 
 @compilable
 def _felt(s: Array, forces: Array) -> Array:
     """Returns what each joint feels of the forces (n, 6) on the links from it outwards (n,)."""
-    felt, total = np.empty(len(s)), np.zeros(6)
+    felt, total = np.empty(len(s)), sized(_ZEROS[:6], 6)
     for j in range(len(s) - 1, -1, -1):
-        total += forces[j]
-        felt[j] = _dot(s[j], total)
+        total = total + sized(forces[j], 6)
+        felt[j] = sized(s[j], 6) @ total
     return felt
 
 
 @compilable
-def _write_inertia(mass: float, centre: Row, inertia: Rows, R: Rows, p: Row, link: Array) -> None:
-    """Writes the ten numbers (10,) of a link whose frame has the pose R, p in W."""
-    c = plus(p, times(R, centre))
-    x, y, z = c
-    I = product(product(R, inertia), transposed(R))  # noqa: E741 - its letter in (2.2)
-    link[0], link[1], link[2], link[3] = mass, mass * x, mass * y, mass * z
-    link[4], link[5] = I[0][0] + mass * (y * y + z * z), I[1][1] + mass * (z * z + x * x)
-    link[6], link[7] = I[2][2] + mass * (x * x + y * y), I[0][1] - mass * x * y
-    link[8], link[9] = I[1][2] - mass * y * z, I[2][0] - mass * z * x
+def _inertia(mass: float, c: Array, I_c: Array) -> Array:
+    """Returns the ten numbers (10,) of a link: its centre of mass and inertia about that, in W."""
+    x, y, z = xyz(c)
+    (xx, xy, _), (_, yy, yz), (zx, _, zz) = rows(I_c)
+    return vector(
+        mass,
+        mass * x,
+        mass * y,
+        mass * z,
+        xx + mass * (y * y + z * z),
+        yy + mass * (z * z + x * x),
+        zz + mass * (x * x + y * y),
+        xy - mass * x * y,
+        yz - mass * y * z,
+        zx - mass * z * x,
+    )
 
 
 @compilable
-def _write_inertia_rate(link: Array, w: Row, v: Row, rate: Array) -> None:
-    """Writes the rate (10,) of a link's inertia when it moves with [ω; v]."""
+def _inertia_rate(link: Array, V: Array) -> Array:
+    """Returns the rate (10,) of a link's inertia when it moves with V (6,)."""
     mass, x, y, z, xx, yy, zz, xy, yz, zx = _ten(link)
-    wx, wy, wz = w
-    vx, vy, vz = v
-    hx, hy, hz = plus(scaled(mass, v), crossed(w, (x, y, z)))
-    rate[0], rate[1], rate[2], rate[3] = 0.0, hx, hy, hz
+    wx, wy, wz, vx, vy, vz = _six(V)
     # ω × I − I ω × and, for the centre that moves with v, 2 (h·v) 1 − v hᵀ − h vᵀ.
-    rate[4] = 2.0 * (wy * zx - wz * xy + y * vy + z * vz)
-    rate[5] = 2.0 * (wz * xy - wx * yz + z * vz + x * vx)
-    rate[6] = 2.0 * (wx * yz - wy * zx + x * vx + y * vy)
-    rate[7] = wy * yz - wz * yy + wz * xx - wx * zx - x * vy - y * vx
-    rate[8] = wz * zx - wx * zz + wx * yy - wy * xy - y * vz - z * vy
-    rate[9] = wx * xy - wy * xx + wy * zz - wz * yz - z * vx - x * vz
+    return vector(
+        0.0,
+        mass * vx + wy * z - wz * y,
+        mass * vy + wz * x - wx * z,
+        mass * vz + wx * y - wy * x,
+        2.0 * (wy * zx - wz * xy + y * vy + z * vz),
+        2.0 * (wz * xy - wx * yz + z * vz + x * vx),
+        2.0 * (wx * yz - wy * zx + x * vx + y * vy),
+        wy * yz - wz * yy + wz * xx - wx * zx - x * vy - y * vx,
+        wz * zx - wx * zz + wx * yy - wy * xy - y * vz - z * vy,
+        wx * xy - wy * xx + wy * zz - wz * yz - z * vx - x * vz,
+    )
 
 
 @compilable
-def _add_momentum(link: Array, V: tuple[Row, Row], momentum: Array) -> None:
-    """Adds the momentum [I ω + h × v; m v + ω × h] (6,) of an inertia (10,) moving with (ω, v)."""
+def _momentum(link: Array, V: Array) -> Array:
+    """Returns [I ω + h × v; m v + ω × h] (6,) of an inertia (10,) moving with V = [ω; v] (6,)."""
     mass, x, y, z, xx, yy, zz, xy, yz, zx = _ten(link)
-    (wx, wy, wz), (vx, vy, vz) = V
-    momentum[0] += xx * wx + xy * wy + zx * wz + y * vz - z * vy
-    momentum[1] += xy * wx + yy * wy + yz * wz + z * vx - x * vz
-    momentum[2] += zx * wx + yz * wy + zz * wz + x * vy - y * vx
-    momentum[3] += mass * vx + wy * z - wz * y
-    momentum[4] += mass * vy + wz * x - wx * z
-    momentum[5] += mass * vz + wx * y - wy * x
+    wx, wy, wz, vx, vy, vz = _six(V)
+    return vector(
+        xx * wx + xy * wy + zx * wz + y * vz - z * vy,
+        xy * wx + yy * wy + yz * wz + z * vx - x * vz,
+        zx * wx + yz * wy + zz * wz + x * vy - y * vx,
+        mass * vx + wy * z - wz * y,
+        mass * vy + wz * x - wx * z,
+        mass * vz + wx * y - wy * x,
+    )
+
+
+@compilable
+def _cross(V: Array, s: Array) -> Array:
+    """Returns V × s (6,), the rate of an axis s (6,) that moves with V."""
+    w, a = V[:3], s[:3]
+    return joined(cross(w, a), cross(w, s[3:]) + cross(V[3:], a))
+
+
+@compilable
+def _shifted(V: Array, p: Array) -> Array:
+    """Returns V (6,) at the point p instead of W's origin."""
+    return joined(V[:3], V[3:] + cross(V[:3], p))
+
+
+@compilable
+def _six(V: Array) -> tuple[float, ...]:
+    return V[0], V[1], V[2], V[3], V[4], V[5]
 
 
 @compilable
 def _ten(a: Array) -> tuple[float, ...]:
     return a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]
-
-
-@compilable
-def _halves(V: Array) -> tuple[Row, Row]:
-    return (V[0], V[1], V[2]), (V[3], V[4], V[5])
-
-
-@compilable
-def _dot(a: Array, b: Array) -> float:
-    """The scalar product of two spatial vectors (6,)."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]

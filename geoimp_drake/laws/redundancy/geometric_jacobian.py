@@ -12,12 +12,13 @@ joints beyond it are zero.
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized_like, stored
-from geoimp_drake.rotations.components import xyz
-from geoimp_drake.rotations.tuples import ORIGIN, crossed, plus, scaled
+from geoimp_drake.compilation.small_arrays import sized, sized_like, stored
+from geoimp_drake.rotations.so3 import cross
 from geoimp_drake.typing import Array
 
 __all__ = ["jacobian_adjoint", "jacobian_rate"]
+
+_ZERO = np.zeros(3)
 
 
 @compilable
@@ -30,15 +31,15 @@ def jacobian_rate(J: Array, v: Array) -> Array:
     """
     columns, rates = stored(J), stored(v)
     dJ = np.empty(columns.shape)
-    w, beyond = ORIGIN, ORIGIN
+    w, beyond = sized(_ZERO, 3), sized(_ZERO, 3)
     for j in range(len(rates)):
-        beyond = plus(beyond, scaled(rates[j], xyz(columns[3:, j])))
+        beyond = beyond + rates[j] * sized(columns[3:, j], 3)
     for j in range(len(rates)):
-        w_j, v_j = xyz(columns[:3, j]), xyz(columns[3:, j])
+        w_j, v_j, column = sized(columns[:3, j], 3), sized(columns[3:, j], 3), dJ[:, j]
         # How joint j's link turns, and what the joints beyond it add to the frame's velocity.
-        w, beyond = plus(w, scaled(rates[j], w_j)), plus(beyond, scaled(-rates[j], v_j))
-        dJ[0, j], dJ[1, j], dJ[2, j] = crossed(w, w_j)
-        dJ[3, j], dJ[4, j], dJ[5, j] = plus(crossed(w, v_j), crossed(w_j, beyond))
+        w, beyond = w + rates[j] * w_j, beyond - rates[j] * v_j
+        column[:3] = cross(w, w_j)
+        column[3:6] = cross(w, v_j) + cross(w_j, beyond)
     return sized_like(dJ, J)
 
 
