@@ -1,46 +1,19 @@
 """The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
 
-from dataclasses import dataclass
-from functools import partial
-
 import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.dynamics import ArmDynamics, Scratch
-from geoimp_drake.arm.state import ArmState
-from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
-    smallest_singular_value,
-)
-from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
-from geoimp_drake.laws.redundancy.null_space_motion import (
-    null_space_motion_acceleration,
-    null_space_motion_error,
 )
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import spd_matrix
 
-__all__ = ["NullSpace", "NullSpaceMotion"]
-
-
-@dataclass(slots=True)
-class NullSpaceMotion:
-    """What (3.32) needs besides the task acceleration, and what there is to report."""
-
-    J: Array  # (6×n)
-    J_pinv: Array  # J† (n×6)
-    alpha_n: Array  # (n)
-    null_space_error: Array  # e_n (n)
-    task_value: float  # w
-
-    @property
-    def smallest_singular_value(self) -> float:
-        """That of J."""
-        return smallest_singular_value(self.J)
+__all__ = ["NullSpace"]
 
 
 class NullSpace:
@@ -88,8 +61,6 @@ class NullSpace:
         limits = damping.threshold, damping.factor
         self.arguments = K, float(k_beta), weights, weight is None, *limits
         self.memory = Memory(start_posture=np.full(n, np.nan))
-        self._error = compiled(null_space_motion_error)
-        self._acceleration = compiled(null_space_motion_acceleration)
 
     def keep_start(self, memory: Array, q: Array) -> None:
         """Keeps the posture from which targets may start, if none has been kept.
@@ -123,44 +94,3 @@ class NullSpace:
             lambda: scratch.at(x),
         )
         return self._task.evaluate(instant)
-
-    def motion(
-        self, arm: ArmState, task: TaskValue, scratch: Scratch, dynamics: ArmDynamics
-    ) -> NullSpaceMotion:
-        """Returns the null-space motion's part of (3.32).
-
-        Args:
-            arm: the arm's state.
-            task: of `evaluate_task`.
-            scratch: of the model.
-            dynamics: has evaluated the arm.
-        """
-        K_n, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = self.arguments
-        J, v = arm.Jv_V_WE, arm.v
-        dB = dynamics.inertia_rate(scratch, arm)
-        # (3.33), (3.39), (3.37)
-        B_inverse, J_pinv, N, beta, e_n = self._error(
-            J, arm.B, W_inverse, weighs_by_inertia, threshold, factor, k_beta, task.gradient, v
-        )
-        dW = np.zeros_like(dB)
-        if weighs_by_inertia:
-            W, W_inverse, dW = arm.B, B_inverse, dB
-        # (3.38)
-        C_e = coriolis_product(partial(dynamics.coriolis, scratch, arm), arm.Cv, v, e_n)
-        alpha_n = self._acceleration(
-            J,
-            v,
-            J_pinv,
-            N,
-            W,
-            W_inverse,
-            dW,
-            B_inverse,
-            dB,
-            k_beta,
-            beta,
-            task.gradient_rate,
-            K_n @ e_n,
-            C_e,
-        )
-        return NullSpaceMotion(J, J_pinv, alpha_n, e_n, task.value)

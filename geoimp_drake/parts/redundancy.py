@@ -12,7 +12,7 @@ from geoimp_drake.laws.motion_control.resolved_acceleration import (
 )
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
-from geoimp_drake.parts.null_space import NullSpace, NullSpaceMotion
+from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
@@ -74,21 +74,25 @@ class RedundantAcceleration:
         """Returns a context of the model's plant."""
         return Scratch(self._model)
 
-    def _motion(self, now: Now) -> NullSpaceMotion:
-        arm = now["arm"]
+    def _evaluate(self, now: Now) -> tuple[float, Array, Array, Array]:
+        """Returns w, J†, α_n and e_n."""
+        arm, null_space = now["arm"], self._null_space
         x = np.concatenate((arm.q, arm.v))
-        task = self._null_space.evaluate_task(now.memory, now, x, self._dynamics)
-        return self._null_space.motion(arm, task, now.workspace, self._dynamics)
+        task = null_space.evaluate_task(now.memory, now, x, self._dynamics)
+        gradients = task.gradient, task.gradient_rate
+        scratch, gains = now.workspace, null_space.arguments
+        return task.value, *self._dynamics.null_space(scratch, arm, gradients, gains)
 
     def _write(self, now: Now, alpha: Array) -> None:
-        motion, a = self._motion(now), _task_acceleration(now)
-        alpha[:] = self._law(motion.J_pinv, a, now["arm"].Jdot_v, motion.alpha_n)
+        a = _task_acceleration(now)
+        _, J_pinv, alpha_n, _ = self._evaluate(now)
+        alpha[:] = self._law(J_pinv, a, now["arm"].Jdot_v, alpha_n)
 
     def _write_error(self, now: Now, error: Array) -> None:
-        error[:] = self._motion(now).null_space_error
+        *_, error[:] = self._evaluate(now)
 
     def _write_task_value(self, now: Now, value: Array) -> None:
-        value[:] = self._motion(now).task_value
+        value[:], *_ = self._evaluate(now)
 
 
 def _task_acceleration(now: Now) -> Array:

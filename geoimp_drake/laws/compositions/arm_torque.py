@@ -14,10 +14,10 @@ from functools import cache
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized, stored
+from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
 from geoimp_drake.laws.dynamics.serial_chain import (
     ChainArrays,
-    chain_coriolis,
     chain_dynamics,
     chain_motion,
     chain_posture,
@@ -26,10 +26,6 @@ from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import resolved_acceleration
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
-from geoimp_drake.laws.redundancy.null_space_motion import (
-    null_space_motion_acceleration,
-    null_space_motion_error,
-)
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
 from geoimp_drake.rotations.quaternion import from_rotation
 from geoimp_drake.typing import Array
@@ -94,7 +90,7 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., bool]:
 @cache
 def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Callable[..., bool]:
     """Returns the law of an arm of n > 6 joints; `orientation_law` is as for `arm_torque`."""
-    track = compilable(tracking_acceleration(orientation_law))
+    track, null_space = compilable(tracking_acceleration(orientation_law)), chain_null_space(n)
 
     def law(
         order: Array,
@@ -148,40 +144,24 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             return False
         inertia, inertia_rate, coriolis, weight = chain_dynamics(chain, s, links, x[n:])
         J, v, Jdot_v = sized(columns, 6, n), sized(x[n:], n), sized(bias, 6)
-        B, dB = sized(inertia, n, n), sized(inertia_rate, n, n)
-        Cv, g, Fv = sized(coriolis, n), sized(weight, n), sized(chain.friction, n) * v
-        W, W_inverse, dW = sized(weights[0], n, n), sized(weights[1], n, n), 0.0 * B
-        B_inverse, J_pinv, N, beta, e_n = null_space_motion_error(
-            J,
-            B,
-            W_inverse,
+        B, Cv, g = sized(inertia, n, n), sized(coriolis, n), sized(weight, n)
+        Fv = sized(chain.friction, n) * v
+        J_pinv, alpha_n, e_n = null_space(
+            columns,
+            x[n:],
+            inertia,
+            inertia_rate,
+            coriolis,
+            s,
+            links,
+            gradient,
+            gradient_rate,
+            K_n,
+            k_beta,
+            weights,
             weighs_by_inertia,
             threshold,
             factor,
-            k_beta,
-            sized(gradient, n),
-            v,
-        )
-        if weighs_by_inertia:
-            W, W_inverse, dW = B, B_inverse, dB
-        # C e_n as `null_space_acceleration.coriolis_product` finds it.
-        c_moved = sized(chain_coriolis(s, links, stored(v + e_n)), n)
-        c_e = sized(chain_coriolis(s, links, stored(e_n)), n)
-        alpha_n = null_space_motion_acceleration(
-            J,
-            v,
-            J_pinv,
-            N,
-            W,
-            W_inverse,
-            dW,
-            B_inverse,
-            dB,
-            k_beta,
-            beta,
-            sized(gradient_rate, n),
-            sized(K_n, n, n) @ e_n,
-            0.5 * (c_moved - Cv - c_e),
         )
         alpha = redundant_acceleration(J_pinv, sized(a, 6), Jdot_v, alpha_n)
         error[:n] = e_n
