@@ -20,12 +20,12 @@ _log = logging.getLogger("drake")
 def make_compiled(part: Part) -> PartSystem:
     """Returns a whole controller as one system; warns once if its laws are not compiled."""
     if not is_available():
-        _warn()
+        warn_uncompiled()
     return system_of(part)
 
 
 @cache
-def _warn() -> None:
+def warn_uncompiled() -> None:
     _log.warning(
         "The controller's form is 'compiled', but laws cannot be compiled here, and uncompiled it "
         "is slower than the form 'blocks'. Install numba (the extra 'fast'), or choose 'blocks'."

@@ -17,7 +17,7 @@ from geoimp_drake.arm.chain import chain_arrays
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.errors import ModelError
-from geoimp_drake.laws.compositions.arm_torque import arm_quantities, measured_motion
+from geoimp_drake.laws.compositions.arm_quantities import arm_quantities, measured_motion
 
 KINDS = {
     "six": {"joints": 6},
@@ -83,7 +83,7 @@ def test_kinematics_and_dynamics_are_those_of_the_users_plant(kind: str) -> None
 @pytest.mark.parametrize("gravity", [True, False], ids=["weight", "no weight"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_arrays_of_the_model_are_the_same_arm(kind: str, gravity: bool) -> None:
-    """What `ArmControl` computes is what `ArmModel` does."""
+    """What the compiled chain computes is what Drake does."""
     rig = make_arm_plant(**KINDS[kind], gravity=gravity)
     model = ControlModel.of_arm(rig.plant, rig.arm, rig.E)
     chain, n = chain_arrays(model), rig.num_joints

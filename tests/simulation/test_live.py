@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+from geoimp_drake.parts.impedance import ImpedanceEnergy
 from geoimp_drake.simulation.live import (
     INJECTED,
     PAUSE,
@@ -20,7 +21,6 @@ from geoimp_drake.simulation.live import (
 )
 from geoimp_drake.simulation.replay import start_meshcat
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy
 
 LAG = 0.3
 

@@ -10,7 +10,7 @@ from redundant_arms import arm_at, generated_arm, random_states, skewed_arm, tra
 from geoimp_drake.arm.chain import chain_arrays
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled, is_available
-from geoimp_drake.laws.compositions.arm_torque import arm_quantities, measured_motion
+from geoimp_drake.laws.compositions.arm_quantities import arm_quantities, measured_motion
 from geoimp_drake.laws.dynamics.serial_chain import (
     ChainArrays,
     chain_coriolis,

@@ -9,7 +9,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Multiplexer, Sine
 
 from geoimp_drake.errors import ConfigurationError, SignalError
-from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
+from geoimp_drake.systems.arm.joint_readings import JointReadings
 
 UP = np.array([0.0, 0.0, 0.5])
 AMPLITUDE, RATE, PHASE = np.array([0.7, -0.4]), np.array([2.0, 5.0]), np.array([0.3, 1.1])
@@ -23,7 +23,7 @@ def velocity(t: float) -> np.ndarray:
     return AMPLITUDE * RATE * np.cos(RATE * t + PHASE)
 
 
-def swinging_source(kind: str, period: float = 1e-3) -> tuple[Diagram, VelocityEstimator]:
+def swinging_source(kind: str, period: float = 1e-3) -> tuple[Diagram, JointReadings]:
     """Returns a diagram in which two joints swing as `position` says, in continuous time."""
     builder = DiagramBuilder()
     q = builder.AddSystem(Sine(AMPLITUDE, RATE, PHASE))
@@ -31,12 +31,12 @@ def swinging_source(kind: str, period: float = 1e-3) -> tuple[Diagram, VelocityE
     both = builder.AddSystem(Multiplexer([2, 2]))
     builder.Connect(q.get_output_port(0), both.get_input_port(0))
     builder.Connect(v.get_output_port(0), both.get_input_port(1))
-    estimator = builder.AddNamedSystem("readings", VelocityEstimator(2, period, kind))
+    estimator = builder.AddNamedSystem("readings", JointReadings(2, period, kind))
     builder.Connect(both.get_output_port(), estimator.get_input_port())
     return builder.Build(), estimator
 
 
-def swinging_plant(kind: str, period: float = 1e-3) -> tuple[Diagram, VelocityEstimator]:
+def swinging_plant(kind: str, period: float = 1e-3) -> tuple[Diagram, JointReadings]:
     """Returns a diagram with a discrete plant of one pendulum that starts at 1 rad."""
     builder = DiagramBuilder()
     plant = builder.AddSystem(MultibodyPlant(1e-3))
@@ -44,12 +44,12 @@ def swinging_plant(kind: str, period: float = 1e-3) -> tuple[Diagram, VelocityEs
     plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), bob.body_frame(), [0, 1, 0]))
     plant.Finalize()
     plant.SetDefaultPositions([1.0])
-    estimator = builder.AddNamedSystem("readings", VelocityEstimator(1, period, kind))
+    estimator = builder.AddNamedSystem("readings", JointReadings(1, period, kind))
     builder.Connect(plant.get_state_output_port(), estimator.get_input_port())
     return builder.Build(), estimator
 
 
-def readings(diagram: Diagram, estimator: VelocityEstimator, times, v0=None) -> np.ndarray:
+def readings(diagram: Diagram, estimator: JointReadings, times, v0=None) -> np.ndarray:
     """Returns the reading at each of the times, one a row; at zero, that of initialization."""
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -100,7 +100,7 @@ def test_velocity_never_jumps_from_one_reading_to_the_next(kind, period, source)
 
 
 def test_before_a_simulator_has_initialized_the_reading_passes_through() -> None:
-    estimator = VelocityEstimator(2, 1e-3, "differenced")
+    estimator = JointReadings(2, 1e-3, "differenced")
     context = estimator.CreateDefaultContext()
     for state in ([1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]):
         estimator.get_input_port().FixValue(context, state)
@@ -109,7 +109,7 @@ def test_before_a_simulator_has_initialized_the_reading_passes_through() -> None
 
 @pytest.mark.parametrize("bad", [np.nan, -np.inf])
 def test_a_state_that_is_not_finite_is_refused_by_name(bad: float) -> None:
-    estimator = VelocityEstimator(2)
+    estimator = JointReadings(2)
     estimator.set_name("readings")
     simulator = Simulator(estimator)
     state = np.array([0.0, bad, 0.0, 0.0])
@@ -129,4 +129,4 @@ def test_a_state_that_is_not_finite_is_refused_by_name(bad: float) -> None:
 )
 def test_what_cannot_be_sampled_is_refused(arguments, message) -> None:
     with pytest.raises(ConfigurationError, match=message):
-        VelocityEstimator(*arguments)
+        JointReadings(*arguments)

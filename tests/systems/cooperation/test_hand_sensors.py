@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Diagram, System
 
@@ -14,9 +15,8 @@ from geoimp_drake.controllers import cooperative_controller
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.simulation.run import simulate
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
+from geoimp_drake.simulation.run import simulate
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 

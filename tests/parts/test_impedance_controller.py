@@ -1,4 +1,4 @@
-"""The inner loop as one system is the inner loop of separate blocks: same numbers, same errors."""
+"""The controller of one arm as one system is that of blocks: same numbers, same errors."""
 
 import logging
 from dataclasses import dataclass, field
@@ -17,29 +17,41 @@ from pydrake.multibody.tree import (
     SpatialInertia,
 )
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import Context, System
 from rigs import ControlledArm, arm_state_at, make_controlled_arm, quick_config
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.dynamics import Scratch
 from geoimp_drake.compilation.compiled import SWITCH, is_available
+from geoimp_drake.controllers import forms
 from geoimp_drake.controllers.config import ImpedanceControllerConfig, RedundancyConfig
-from geoimp_drake.controllers.inner_loop import make_inner_loop
+from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
 from geoimp_drake.errors import SignalError, SingularityError
+from geoimp_drake.laws.impedance.families import FAMILIES
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
-from geoimp_drake.systems.arm.arm_control import ArmControl
+from geoimp_drake.parts.impedance_controller import ImpedanceController
+from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.part import Now, Output, held
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.systems.part_system import PartSystem, system_of
 from geoimp_drake.task_functions.config import TaskConfig
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 
-BLOCKS = ("joint_readings", "arm_model", "motion_control", "redundancy", "inverse_dynamics")
+BLOCKS = (
+    "impedance",
+    "joint_readings",
+    "arm_model",
+    "motion_control",
+    "redundancy",
+    "inverse_dynamics",
+)
+FORMS = ("compiled", "blocks")
 SHUFFLED = {6: [4, 2, 6, 1, 3, 5], 7: [7, 2, 5, 1, 3, 4, 6]}
 STEPS = 60
 PUSH = np.array([30.0, -20.0, 12.0]), np.array([0.8, -1.2, 0.5])  # [N], [Nm]
-# Relative to the largest entry. Six joints differ by rounding, 1e-13; for more the blocks know Ḃ
-# from a difference of two inertias, which shows in e_n first.
-SAME = 1e-11
+SAME = 1e-11  # relative to the largest entry
 
 
 @dataclass
@@ -50,16 +62,19 @@ class Case:
     velocity: str = "measured"
     redundancy: dict[str, Any] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
+    family: str = "quaternion"
+    tracking: str = "quaternion"
 
-    def config(self, fused: bool) -> ImpedanceControllerConfig:
+    def config(self, form: str) -> ImpedanceControllerConfig:
         config = quick_config(self.velocity)
         config.redundancy = RedundancyConfig(**self.redundancy)
-        config.fused = fused
+        config.form = form
+        config.impedance.orientation, config.motion.orientation = self.family, self.tracking
         return config
 
-    def arm(self, fused: bool) -> ControlledArm:
+    def arm(self, form: str) -> ControlledArm:
         X_DE = RigidTransform(RollPitchYaw(0.02, -0.03, 0.04), [0.004, -0.003, 0.002])
-        arm = make_controlled_arm(self.joints, self.config(fused), X_DE=X_DE, **self.options)
+        arm = make_controlled_arm(self.joints, self.config(form), X_DE=X_DE, **self.options)
         arm.push(*PUSH)
         return arm
 
@@ -83,6 +98,9 @@ CASES = {
     "identity": Case(7, redundancy={"weight": "identity"}),
     "matrix": Case(7, redundancy={"weight": "matrix", "weight_matrix": WEIGHT}),
     "damped": Case(7, redundancy={"damping": SingularityDamping(1.0, 0.3)}),
+    **{f"family {name}": Case(family=name) for name in FAMILIES if name != "quaternion"},
+    **{f"law {name}": Case(tracking=name) for name in ORIENTATION_LAWS if name != "quaternion"},
+    "seven, other laws": Case(7, family="angle-axis-sin", tracking="alternative-euler"),
 }
 every_case = pytest.mark.parametrize("name", CASES)
 
@@ -112,20 +130,69 @@ def largest_difference(ours: dict[str, np.ndarray], others: dict[str, np.ndarray
     return away[worst]
 
 
-def assert_the_same(fused: ControlledArm, separate: ControlledArm) -> None:
-    assert largest_difference(everything(fused), everything(separate)) < SAME
+def assert_the_same(compiled: ControlledArm, blocks: ControlledArm) -> None:
+    assert largest_difference(everything(compiled), everything(blocks)) < SAME
 
 
 def both_forms(case: Case) -> tuple[ControlledArm, ControlledArm]:
-    fused, separate = (case.arm(form) for form in (True, False))
-    assert isinstance(fused.controller.GetSubsystemByName("arm"), ArmControl)
-    assert isinstance(separate.controller.GetSubsystemByName("arm"), Diagram)
-    return fused, separate
+    compiled, blocks = map(case.arm, FORMS)
+    assert isinstance(compiled.controller, PartSystem)
+    assert isinstance(compiled.controller.part, ImpedanceController)
+    assert tuple(block.get_name() for block in blocks.controller.GetSystems()) == BLOCKS
+    return compiled, blocks
 
 
 def advance(arms: tuple[ControlledArm, ...], time: float) -> None:
     for arm in arms:
         arm.simulator.AdvanceTo(time)
+
+
+class LoopAlone:
+    """An inner loop by itself, as a part."""
+
+    def __init__(self, loop: InnerLoop):
+        self._loop, n = loop, loop.model.num_joints
+        self.inputs = {"estimated_state": 2 * n, "reference_motion": 19, "wrench": 6}
+        self.memory = loop.memory
+        self.samplings = ((loop.readings.period, loop.sample),)
+        reading = "memory", "estimated_state"
+        torque = *reading, "reference_motion", "wrench", "time"
+        self.outputs = (
+            Output("actuation", n, self._write_torque, torque),
+            Output("measured_motion", 19, self._write_motion, reading),
+            held("peak_effort", loop.memory.peak),
+            Output("smallest_singular_value", 1, self._write_singular_value, reading),
+            Output("null_space_error", n, self._write_error, torque),
+            Output("task_value", 1, self._write_task_value, torque),
+        )
+
+    def new_workspace(self) -> tuple[Scratch]:
+        return (self._loop.new_workspace(),)
+
+    def start(self, memory: np.ndarray, now: Now) -> None:
+        self._loop.start(memory, now)
+
+    def begin(self, memory: np.ndarray, state: np.ndarray, now: Now) -> None:
+        self._loop.compare_with_limits(memory, now.output("actuation"), now)
+
+    def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float]:
+        memory = self._loop.pass_through(now.memory, now)
+        return self._loop.write_torque(now, memory, now["reference_motion"], now["wrench"], u)
+
+    def _write_motion(self, now: Now, motion: np.ndarray) -> None:
+        self._loop.write_motion(self._loop.pass_through(now.memory, now), now, motion)
+
+    def _write_singular_value(self, now: Now, value: np.ndarray) -> None:
+        memory = self._loop.pass_through(now.memory, now)
+        value[:] = self._loop.smallest_singular_value(memory, now)
+
+    def _write_error(self, now: Now, error: np.ndarray) -> None:
+        n = len(error)
+        error[:] = self._write_torque(now, np.empty(n))[0] if self._loop.is_redundant else 0.0
+
+    def _write_task_value(self, now: Now, value: np.ndarray) -> None:
+        n = self._loop.model.num_joints
+        value[:] = self._write_torque(now, np.empty(n))[1] if self._loop.is_redundant else 0.0
 
 
 @dataclass
@@ -136,10 +203,11 @@ class Fed:
     simulator: Simulator
 
     @staticmethod
-    def of(model: ControlModel, case: Case, *, fused: bool = True) -> "Fed":
-        config = case.config(fused)
-        parts = config.motion, config.sampling, config.redundancy
-        loop = make_inner_loop(model, *parts, fused=fused)
+    def of(model: ControlModel, case: Case, form: str = "compiled") -> "Fed":
+        config = case.config(form)
+        parts = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy)
+        is_compiled = form == "compiled"
+        loop = system_of(LoopAlone(parts.loop())) if is_compiled else make_inner_loop(parts)
         loop.set_name("loop")
         return Fed(loop, Simulator(loop))
 
@@ -168,11 +236,11 @@ def arm_of(rig: ArmPlant) -> tuple[MultibodyPlant, ModelInstanceIndex, Frame]:
     return rig.plant, rig.arm, rig.E
 
 
-def fed(case: Case, *, fused: bool = True) -> Fed:
+def fed(case: Case, form: str = "compiled") -> Fed:
     rig = make_arm_plant(joints=case.joints, **case.options)
     model = ControlModel.of_arm(*arm_of(rig))
     v = 0.1 * np.arange(1.0, case.joints + 1)
-    return Fed.of(model, case, fused=fused).give_all(np.append(rig.posture, v))
+    return Fed.of(model, case, form).give_all(np.append(rig.posture, v))
 
 
 def parallel_axes() -> ControlModel:
@@ -233,10 +301,10 @@ def test_initialization_forgets_readings_and_start_posture(name: str) -> None:
         assert_the_same(*arms)
 
 
-@pytest.mark.parametrize("fused", [True, False])
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("velocity", ["measured", "differenced"])
-def test_readings_are_sampled_and_held(velocity: str, fused: bool) -> None:
-    loop = fed(Case(6, velocity), fused=fused)
+def test_readings_are_sampled_and_held(velocity: str, form: str) -> None:
+    loop = fed(Case(6, velocity), form)
     q, v = loop.system.GetInputPort("estimated_state").Eval(loop.context).reshape(2, -1).copy()
     seen = []
     for step in range(4):
@@ -256,7 +324,7 @@ def test_readings_are_sampled_and_held(velocity: str, fused: bool) -> None:
 
 
 def test_time_alone_moves_the_target() -> None:
-    loops = [fed(CASES["target"], fused=fused) for fused in (True, False)]
+    loops = [fed(CASES["target"], form) for form in FORMS]
     before = ports(loops[0].system, loops[0].context)
     for loop in loops:
         loop.context.SetTime(0.02)
@@ -267,7 +335,7 @@ def test_time_alone_moves_the_target() -> None:
 
 
 def test_target_starts_anew_where_the_arm_is_then() -> None:
-    arm = CASES["target"].arm(True)
+    arm = CASES["target"].arm("compiled")
     arm.simulator.AdvanceTo(0.01)
     value = arm.read("task_value")
     arm.set_state(POSTURES[7] + 0.2, np.zeros(7))
@@ -342,9 +410,9 @@ def test_a_reading_that_stops_to_be_finite_is_refused_by_port_and_number() -> No
         loop.simulator.AdvanceTo(0.006)
 
 
-@pytest.mark.parametrize("fused", [True, False])
-def test_a_singular_posture_of_six_joints_has_a_named_error(fused: bool) -> None:
-    loop = Fed.of(parallel_axes(), Case(6), fused=fused).give_all(np.zeros(12))
+@pytest.mark.parametrize("form", FORMS)
+def test_a_singular_posture_of_six_joints_has_a_named_error(form: str) -> None:
+    loop = Fed.of(parallel_axes(), Case(6), form).give_all(np.zeros(12))
     with pytest.raises(SingularityError, match="singular"):
         loop.read("actuation")
     # How near it is can be read all the same.
@@ -352,42 +420,41 @@ def test_a_singular_posture_of_six_joints_has_a_named_error(fused: bool) -> None
     np.testing.assert_array_equal(loop.read("null_space_error"), np.zeros(6))
 
 
-def messages(case: Case, fused: bool, caplog: pytest.LogCaptureFixture) -> list[str]:
+def messages(case: Case, form: str, caplog: pytest.LogCaptureFixture) -> list[str]:
     """Returns what is said of torques, without the names of the systems."""
     caplog.clear()
     with caplog.at_level(logging.WARNING, logger="drake"):
-        case.arm(fused).simulator.AdvanceTo(0.02)
+        case.arm(form).simulator.AdvanceTo(0.02)
     return [message.split(":", 1)[1] for message in caplog.messages]
 
 
 def test_saturation_is_said_once_for_each_joint(caplog) -> None:
     case = Case(options={"effort": 20.0, "actuator_order": SHUFFLED[6]})
-    ours = messages(case, True, caplog)
-    assert ours == messages(case, False, caplog)
+    ours = messages(case, "compiled", caplog)
+    assert ours == messages(case, "blocks", caplog)
     joints = [message.split("'")[1] for message in ours]
     assert "joint3" in joints
     assert len(set(joints)) == len(joints)
     assert all("±20" in message for message in ours)
 
 
-@pytest.mark.parametrize("law", sorted(set(ORIENTATION_LAWS) - {"quaternion"}))
-def test_blocks_are_separate_for_another_orientation_law(law: str) -> None:
-    config = quick_config()
-    config.motion.orientation = law
-    arm = make_controlled_arm(6, config).controller.GetSubsystemByName("arm")
-    assert [system.get_name() for system in arm.GetSystems()] == list(BLOCKS)
-
-
-def test_blocks_are_separate_where_laws_are_not_compiled(monkeypatch) -> None:
-    assert quick_config().fused
+def test_uncompiled_the_compiled_form_is_the_same_and_says_that_it_is_slower(
+    monkeypatch, caplog
+) -> None:
+    arms = both_forms(CASES["six"])
     monkeypatch.setenv(SWITCH, "0")
-    arm = make_controlled_arm(6).controller.GetSubsystemByName("arm")
-    assert isinstance(arm, Diagram)
-    assert [system.get_name() for system in arm.GetSystems()] == list(BLOCKS)
+    forms.warn_uncompiled.cache_clear()
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        arm = CASES["six"].arm("compiled")
+        CASES["six"].arm("compiled")
+    assert [message for message in caplog.messages if "slower" in message] == caplog.messages[:1]
+    for each in (arm, *arms):
+        each.simulator.AdvanceTo(0.01)
+    assert largest_difference(everything(arm), everything(arms[1])) < SAME
 
 
 def test_ports_of_both_forms_are_the_same() -> None:
-    one, other = (fed(Case(7), fused=fused) for fused in (True, False))
+    one, other = (fed(Case(7), form) for form in FORMS)
     for loop in (one, other):
         inputs = map(loop.system.get_input_port, range(loop.system.num_input_ports()))
         assert [port.get_name() for port in inputs] == list(BAD)
