@@ -124,7 +124,7 @@ BAD_SETTINGS = {
     "segments.0.duration=-7": "segments.0.*duration.*-7",
     "segments.0.duration=.nan": "segments.0.*duration.*nan",
     "segments.5.duration=1": "segments has 2 entries",
-    "segments.0.displacement=[1, 2]": "displacement.*three",
+    "segments.0.displacement=[1, 2]": "displacement.*3 finite",
     "log_period=0": "log_period",
     "log_period=often": "log_period is 'often'; give a number",
     "seed=-1": "seed is -1",
@@ -230,7 +230,7 @@ def test_compare_runs_each_family_and_draws_them_together(out, capsys):
 def test_compare_refuses_an_unknown_family_before_it_writes(out, capsys):
     short = ("compare", "consistency", "--duration", "0.05", "--out", str(out))
     assert run(*short, "--orientation", "quaternion", "euler") == 2
-    assert re.search("Unknown orientation 'euler'.*Valid: ", capsys.readouterr().err)
+    assert re.search("Unknown impedance.orientation 'euler'.*Valid: ", capsys.readouterr().err)
     assert not out.exists()
 
 

@@ -18,7 +18,7 @@ from geoimp_drake.controllers.impedance_controller import make_impedance_control
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
-from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
 
@@ -59,7 +59,7 @@ def add_compliant_arm(
     E: Frame,
     sensor_joint: Joint,
     desired_motion: OutputPort,
-    settings: RunSettings,
+    settings: CompliantArmSettings,
 ) -> CompliantArm:
     """Adds impedance controller and wrist sensor of one arm, connected to the plant.
 
@@ -70,12 +70,10 @@ def add_compliant_arm(
         E: the frame that is made compliant.
         sensor_joint: the weld that its wrist sensor reads.
         desired_motion: of D in W (19).
-        settings: gains, sampling, sensor and seed.
+        settings: the controller's, sensor and seed.
     """
     instance = plant.GetModelInstanceByName(arm)
-    controller = builder.AddSystem(
-        make_impedance_controller(plant, instance, E, settings.controller())
-    )
+    controller = builder.AddSystem(make_impedance_controller(plant, instance, E, settings))
     settings.sensor.seed = settings.seed
     sensor = add_wrist_sensor(
         builder, plant, sensor_joint, E, settings.sensor, reference_is_held=True

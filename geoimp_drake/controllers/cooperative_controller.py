@@ -22,6 +22,7 @@ from geoimp_drake.systems.cooperation.cooperative_control import CooperativeCont
 from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
 from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
 from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.validation import check
 
 __all__ = ["make_cooperative_controller"]
 
@@ -52,7 +53,7 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
-    All of it is one system, `CooperativeControl`, unless `config.fused` is off: the same laws with
+    All of it is one system, `CooperativeControl`, with the form `compiled`: the same laws with
     fewer calls into Python. Wrist sensors whose period is that of `config.sampling` are part of it.
 
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
@@ -114,7 +115,7 @@ def make_cooperative_controller(
         ConfigurationError: the configuration cannot be used, or there are not two sensors.
     """
     config = config or CooperativeControllerConfig()
-    config.validate()
+    check(config)
     if sensors and len(sensors) != 2:
         raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
     if len(task_functions) != 2:
@@ -131,7 +132,8 @@ def make_cooperative_controller(
             models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
         )
     ]
-    if config.fused and arm_can_be_fused(config.motion) and object_can_be_fused(config):
+    compiled = config.form == "compiled"
+    if compiled and arm_can_be_fused(config.motion) and object_can_be_fused(config):
         # Sensors with a period of their own are a system of their own.
         within = sensors if _periods(sensors) == {config.sampling.period} else ()
         blocks = object_blocks(config, gravity)
@@ -139,7 +141,7 @@ def make_cooperative_controller(
     else:
         within = ()
         held = make_object_loop(config, gravity)
-        loops = [make_inner_loop(*arm, fused=config.fused) for arm in arms]
+        loops = [make_inner_loop(*arm, fused=compiled) for arm in arms]
         controller = _of_three(held, loops, config.monitor.enabled)
     if sensors and not within:
         controller = _with_sensors(controller, sensors)

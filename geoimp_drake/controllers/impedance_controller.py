@@ -8,6 +8,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.inner_loop import make_inner_loop
 from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.validation import check
 
 __all__ = ["make_impedance_controller"]
 
@@ -45,7 +46,7 @@ def make_impedance_controller(
     estimated_state ─▶ joint_readings ─▶ arm_model
     ```
 
-    All but the impedance is one system, `ArmControl`, unless `config.fused` is off: the same laws
+    All but the impedance is one system, `ArmControl`, with the form `compiled`: the same laws
     with fewer calls into Python.
 
     The controller makes its own model of the arm and of all that is welded to it; the joints of
@@ -84,7 +85,7 @@ def make_impedance_controller(
         ConfigurationError: the configuration cannot be used.
     """
     config = config or ImpedanceControllerConfig()
-    config.validate()
+    check(config)
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
 
     builder = DiagramBuilder()
@@ -97,7 +98,7 @@ def make_impedance_controller(
             config.sampling,
             config.redundancy,
             task_function,
-            fused=config.fused,
+            fused=config.form == "compiled",
         ),
     )
     # C starts on the measured pose of E.

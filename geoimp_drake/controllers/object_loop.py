@@ -6,7 +6,10 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
+from geoimp_drake.systems.cooperation.cooperative_kinematics import (
+    CooperativeKinematics,
+    ObjectLoad,
+)
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
 )
@@ -60,12 +63,12 @@ def make_object_loop(config: CooperativeControllerConfig, gravity: Array) -> Sys
     With the monitor switched off there are no outputs `opened` and `release`.
 
     Args:
-        config: of the whole controller. With `fused` it is one system, if laws can be compiled
-            (without numba they cannot) and the orientation family is the quaternion.
+        config: of the whole controller. With the form `compiled` it is one system, if laws can be
+            compiled (without numba they cannot) and the orientation family is the quaternion.
         gravity: g in W (3) [m/s²].
     """
     blocks = object_blocks(config, gravity)
-    if config.fused and object_can_be_fused(config):
+    if config.form == "compiled" and object_can_be_fused(config):
         return ObjectControl(blocks)
     return _separate(blocks)
 
@@ -81,7 +84,7 @@ def object_can_be_fused(config: CooperativeControllerConfig) -> bool:
 
 def object_blocks(config: CooperativeControllerConfig, gravity: Array) -> ObjectBlocks:
     """Returns the blocks; arguments are those of `make_object_loop`."""
-    period, load = config.sampling.period, config.load
+    period, load = config.sampling.period, config.load or ObjectLoad()
     internal = config.internal.make("internal", period) if config.internal.enabled else None
     watch = None
     if config.monitor.enabled:

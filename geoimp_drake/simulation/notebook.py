@@ -74,7 +74,7 @@ def show_diagram(diagram: Diagram, max_depth: int = 1) -> BlockDiagram:
     if not isinstance(diagram, Diagram):
         raise ConfigurationError(
             f"'{_name(diagram)}' is a single {_kind(diagram)} and has no blocks within; give a "
-            f"Diagram. A controller made with `fused` off is one."
+            f"Diagram. A controller of the form `blocks` is one."
         )
     svg = _by_graphviz(diagram.GetGraphvizString(max_depth=max_depth)) or _top_level(diagram)
     return BlockDiagram(svg, _listing(diagram))

@@ -112,7 +112,7 @@ def calls_per_step(monkeypatch, experiment: str, fused: bool = True) -> dict[str
     for port in (InputPort, OutputPort):
         counted(monkeypatch, port, "Eval", "ports", calls)
     chosen = get_experiment(experiment)
-    settings = (f"fused={str(fused).lower()}",)
+    settings = (f"form={'compiled' if fused else 'blocks'}",)
     setup = chosen.build(chosen.scenario((), settings), logged=False)
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)

@@ -20,7 +20,7 @@ from geoimp_drake.laws.redundancy.internal_motion import internal_acceleration, 
 from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
 from geoimp_drake.task_functions.task_function import Instant, TaskFunction
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import spd_matrix
+from geoimp_drake.validation import check, spd_matrix
 
 __all__ = ["InternalMotion", "InternalMotionGains", "evaluate_internal_motion"]
 
@@ -67,7 +67,7 @@ class InternalMotionGains:
         """Returns gains for n joints; raises ConfigurationError if one cannot be used."""
         if not np.isfinite(k_beta):
             raise ConfigurationError(f"k_beta is {k_beta}; it must be finite.")
-        damping.validate()
+        check(damping, "damping")
         K = spd_matrix(np.asarray(K_n), "K_n", n)
         constant_weight = None if weight is None else _constant_weight(weight, n)
         return InternalMotionGains(K, float(k_beta), constant_weight, damping)

@@ -21,7 +21,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_vector,
 )
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, non_negative, positive
+from geoimp_drake.validation import check, choice, key, non_negative, positive
 
 __all__ = [
     "AFTER_HOLD",
@@ -48,13 +48,13 @@ class ReferenceHoldConfig:
     retreat_distance: float = 0.05  # of an opened hand, away from the other [m]
     retreat_duration: float = 2.0  # [s]
 
-    def validate(self, name: str = "opened") -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        choice(self.after, f"{name}.after", AFTER_HOLD)
-        positive(self.stop_time, f"{name}.stop_time", "s")
-        non_negative(self.delay, f"{name}.delay", "s")
-        positive(self.retreat_distance, f"{name}.retreat_distance", "m")
-        positive(self.retreat_duration, f"{name}.retreat_duration", "s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.after, key(name, "after"), AFTER_HOLD)
+        positive(self.stop_time, key(name, "stop_time"), "s")
+        non_negative(self.delay, key(name, "delay"), "s")
+        positive(self.retreat_distance, key(name, "retreat_distance"), "m")
+        positive(self.retreat_duration, key(name, "retreat_duration"), "s")
 
 
 class ReferenceHold(Block):
@@ -93,7 +93,7 @@ class ReferenceHold(Block):
     def __init__(self, config: ReferenceHoldConfig | None = None, period: float = 1e-3):
         super().__init__()
         self._config = config or ReferenceHoldConfig()
-        self._config.validate()
+        check(self._config, "opened")
         positive(period, "sampling.period", "s")
         self._references = [
             self.DeclareVectorInputPort(f"reference_motion_{k}", frame_motion_vector())

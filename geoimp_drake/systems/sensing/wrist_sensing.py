@@ -33,7 +33,7 @@ from geoimp_drake.systems.frame_motion import (
 from geoimp_drake.systems.sensing.counted_noise import CountedNoise
 from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import check, finite_vector
 
 __all__ = [
     "PLANT_LISTS",
@@ -126,8 +126,8 @@ class WristSensing:
     def __init__(
         self, system: Block, sensor: WristSensor, ports: dict[str, InputPort], suffix: str
     ):
-        sensor.config.validate()
-        sensor.tool.validate()
+        check(sensor.config, "sensor")
+        check(sensor.tool, "tool")
         mounting, tool, config = sensor.mounting, sensor.tool, sensor.config
         self._mounting, self._ports = mounting, ports
         self._system, self._suffix, self._name = system, suffix, sensor.name

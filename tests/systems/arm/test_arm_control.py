@@ -54,7 +54,7 @@ class Case:
     def config(self, fused: bool) -> ImpedanceControllerConfig:
         config = quick_config(self.velocity)
         config.redundancy = RedundancyConfig(**self.redundancy)
-        config.fused = fused
+        config.form = "compiled" if fused else "blocks"
         return config
 
     def arm(self, fused: bool) -> ControlledArm:
@@ -379,7 +379,7 @@ def test_blocks_are_separate_for_another_orientation_law(law: str) -> None:
 
 
 def test_blocks_are_separate_where_laws_are_not_compiled(monkeypatch) -> None:
-    assert quick_config().fused
+    assert quick_config().form == "compiled"
     monkeypatch.setenv(SWITCH, "0")
     arm = make_controlled_arm(6).controller.GetSubsystemByName("arm")
     assert isinstance(arm, Diagram)

@@ -62,7 +62,7 @@ def let_go(t: float) -> np.ndarray:
 
 
 def pair_of(change: Change, fused: bool = True, second: Signal = pushed) -> ControlledPair:
-    config = CooperativeControllerConfig(fused=fused)
+    config = CooperativeControllerConfig(form="compiled" if fused else "blocks")
     change(config)
     return make_controlled_pair(desired, config, (pushed, second))
 
