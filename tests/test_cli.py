@@ -4,10 +4,13 @@ import json
 import logging
 import os
 import re
+import sys
+from subprocess import PIPE, Popen
 
 import numpy as np
 import pytest
 import yaml
+from library_tree import PYPROJECT
 
 from geoimp_drake import cli
 
@@ -278,3 +281,18 @@ def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, caps
     assert 0 < log["t"][-1] < 5
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["failure"]
+
+
+@pytest.mark.parametrize("command", ["run", "sweep", "bench --only"])
+def test_the_program_stays_the_process_that_was_started(command):
+    """A program that starts itself anew, in the same process or another, would write twice."""
+    module, function = PYPROJECT["project"]["scripts"]["geoimp"].split(":")
+    code = (
+        f"import os, sys; from {module} import {function}; print(os.getpid(), flush=True);"
+        f"sys.argv = 'geoimp {command} nothing'.split(); sys.exit({function}())"
+    )
+    with Popen([sys.executable, "-c", code], text=True, stdout=PIPE, stderr=PIPE) as program:
+        said, errors = program.communicate()
+    assert said == f"{program.pid}\n"
+    assert program.returncode == 2
+    assert "nothing" in errors
