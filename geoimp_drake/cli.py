@@ -14,20 +14,10 @@ from typing import Any, NoReturn
 
 from geoimp_drake import __version__
 from geoimp_drake.errors import ConfigurationError, GeoimpError
-from geoimp_drake.simulation.allocator import restart_with_settings
 
-__all__ = ["main", "program"]
+__all__ = ["main"]
 
 SUCCESS, FAILURE, UNUSABLE = 0, 1, 2
-
-_SIMULATING = {"run", "compare", "sweep", "reproduce", "bench"}
-
-
-def program() -> int:
-    """Runs the command line as a program; what simulates gets its own settings of the allocator."""
-    if _SIMULATING.intersection(sys.argv[1:2]):
-        restart_with_settings()
-    return main()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

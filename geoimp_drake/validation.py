@@ -1,6 +1,15 @@
-"""Checks of what a user writes into a configuration; each error names the field and the number."""
+"""Checks of what a user writes into a configuration; each error names the field and the number.
 
+A configuration is a plain dataclass. `check` walks through it and all that it contains: names and
+types of fields follow from the annotations, the rest is what each dataclass's `validate` says of
+its own fields.
+"""
+
+import contextlib
+import dataclasses
 import difflib
+import types
+import typing
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,16 +19,150 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "UNBOUNDED",
+    "check",
+    "check_data",
     "choice",
+    "field_types",
     "finite_array",
     "finite_vector",
+    "key",
     "non_negative",
     "positive",
     "spd_matrix",
+    "symmetric",
     "unknown_name",
+    "without_optional",
 ]
 
-_SYMMETRY_TOLERANCE = 1e-9
+# Of the largest entry: what is left of symmetry after products of single precision.
+_SYMMETRY_TOLERANCE = 1e-6
+
+# Metadata of a field that may be infinite.
+UNBOUNDED = {"unbounded": True}
+
+_WANTED = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
+
+
+def check(config: Any, path: str = "") -> None:
+    """Raises ConfigurationError if a configuration, or one that it contains, cannot be used.
+
+    A dataclass may have a `validate(name)` for its own fields and the rules between them; what it
+    contains has been checked by then.
+
+    Args:
+        config: a dataclass.
+        path: its key in what the user wrote, put before the names of its fields.
+    """
+    _walk(type(config), config, path, data=False)
+
+
+def check_data(schema: Any, data: Any, path: str = "") -> None:
+    """Raises ConfigurationError where YAML's data do not fit a schema; keys may be left out."""
+    _walk(schema, data, path, data=True)
+
+
+def key(name: str, field: str) -> str:
+    """Returns the path of a field of the configuration at `name`, which is empty at the top."""
+    return f"{name}.{field}" if name else field
+
+
+def field_types(schema: Any) -> dict[str, Any] | None:
+    """Returns the names and types of a dataclass or of one of Drake's configurations."""
+    if dataclasses.is_dataclass(schema):
+        return typing.get_type_hints(schema)
+    if hasattr(schema, "__fields__"):
+        return {f.name: f.type for f in schema.__fields__}
+    return None
+
+
+def without_optional(schema: Any) -> Any:
+    """Returns the type T of T | None, and any other type as it is."""
+    if typing.get_origin(schema) in (typing.Union, types.UnionType):
+        return next(kind for kind in typing.get_args(schema) if kind is not type(None))
+    return schema
+
+
+def _walk(schema: Any, value: Any, path: str, *, data: bool, bounded: bool = True) -> None:
+    """Checks a value and all its parts against a schema; a configuration is a dict in data."""
+    kind = without_optional(schema)
+    if value is None and kind is not schema:
+        return
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if (fields := field_types(kind)) is not None:
+        whole = path or ("the scenario" if data else kind.__name__)
+        if data:
+            _expect(value, dict, "a mapping", whole)
+        else:
+            _expect(value, kind, f"of type {kind.__name__}", whole)
+            kind, fields = type(value), field_types(type(value)) or fields
+        unbounded = _unbounded(kind)
+        for name, part in _parts(value, fields).items():
+            if name not in fields:
+                raise unknown_name(str(name), f"key in {whole}", fields)
+            _walk(fields[name], part, key(path, name), data=data, bounded=name not in unbounded)
+        if hasattr(value, "validate"):
+            value.validate(path)
+    elif origin is list:
+        _expect(value, (list, tuple, np.ndarray), "a list", path)
+        for index, part in enumerate(value):
+            _walk(arguments[0], part, key(path, str(index)), data=data)
+    elif origin is dict:
+        _expect(value, dict, "a mapping", path)
+        for name, part in value.items():
+            _walk(arguments[1], part, key(path, str(name)), data=data)
+    else:
+        (_check_datum if data else _check_value)(kind, value, path, bounded)
+
+
+def _expect(value: Any, kind: type | tuple[type, ...], wanted: str, path: str) -> None:
+    if not isinstance(value, kind):
+        raise ConfigurationError(f"{path} must be {wanted}, not {value!r}.")
+
+
+def _parts(value: Any, fields: dict[str, Any]) -> dict[str, Any]:
+    """Returns what a configuration has, by name; Drake's have nothing but their fields."""
+    if isinstance(value, dict):
+        return value
+    if hasattr(value, "__dict__"):
+        return vars(value)
+    return {name: getattr(value, name) for name in fields}
+
+
+def _unbounded(kind: Any) -> set[str]:
+    """Returns the names of the fields that may be infinite."""
+    fields = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+    return {field.name for field in fields if field.metadata == UNBOUNDED}
+
+
+def _check_value(kind: Any, value: Any, path: str, bounded: bool) -> None:
+    """Raises ConfigurationError unless a value is of a field's type and, as numbers, finite."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # ragged rows
+        array = np.asarray(None)
+    numeric = array.dtype.kind in "iuf"
+    fits = {
+        float: numeric and array.ndim == 0,
+        int: numeric and array.ndim == 0 and array.dtype.kind != "f",
+        str: isinstance(value, str),
+        bool: isinstance(value, bool | np.bool_),
+    }
+    if not fits.get(kind, numeric):
+        wanted = _WANTED.get(kind, "a number, or numbers in lists of equal length")
+        raise ConfigurationError(f"{path} is {value!r}; give {wanted}.")
+    if numeric and not np.isfinite(array).all() and (bounded or np.isnan(array).any()):
+        raise ConfigurationError(f"{path} is {array.tolist()}; it must be finite.")
+
+
+def _check_datum(kind: Any, datum: Any, path: str, bounded: bool) -> None:
+    """Does as `_check_value` with YAML's freedom: 1e-3 is a text there, for want of a point."""
+    if kind is str and not isinstance(datum, dict | list):
+        datum = str(datum)
+    elif kind not in (bool, int) and not isinstance(datum, bool):
+        with contextlib.suppress(TypeError, ValueError):
+            datum = np.asarray(datum, dtype=float).tolist()
+    _check_value(kind, datum, path, bounded)
 
 
 def positive(value: float, name: str, unit: str = "") -> None:
@@ -73,11 +216,7 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
             f"{name} has shape {given.shape}; give one number, {size} numbers (the diagonal) or a "
             f"{size}×{size} matrix."
         )
-    asymmetry = np.abs(matrix - matrix.T).max()
-    if asymmetry > _SYMMETRY_TOLERANCE * max(1.0, np.abs(matrix).max()):
-        raise ConfigurationError(
-            f"{name} is not symmetric: an entry differs from its mirror image by {asymmetry:.3g}."
-        )
+    matrix = symmetric(matrix, name)
     smallest = float(np.linalg.eigvalsh(matrix)[0])
     if smallest <= 0:
         raise ConfigurationError(
@@ -85,6 +224,20 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
             f"Give one with positive eigenvalues only."
         )
     return matrix
+
+
+def symmetric(matrix: Array, name: str) -> Array:
+    """Returns a square matrix with what rounding left of asymmetry taken out.
+
+    Raises:
+        ConfigurationError: more than that is there.
+    """
+    asymmetry = np.abs(matrix - matrix.T).max()
+    if asymmetry > _SYMMETRY_TOLERANCE * np.abs(matrix).max():
+        raise ConfigurationError(
+            f"{name} is not symmetric: an entry differs from its mirror image by {asymmetry:.3g}."
+        )
+    return 0.5 * (matrix + matrix.T)
 
 
 def _numbers(value: Any, name: str, wanted: str) -> Array:

@@ -4,10 +4,13 @@ import json
 import logging
 import os
 import re
+import sys
+from subprocess import PIPE, Popen
 
 import numpy as np
 import pytest
 import yaml
+from library_tree import PYPROJECT
 
 from geoimp_drake import cli
 
@@ -124,7 +127,7 @@ BAD_SETTINGS = {
     "segments.0.duration=-7": "segments.0.*duration.*-7",
     "segments.0.duration=.nan": "segments.0.*duration.*nan",
     "segments.5.duration=1": "segments has 2 entries",
-    "segments.0.displacement=[1, 2]": "displacement.*three",
+    "segments.0.displacement=[1, 2]": "displacement.*3 finite",
     "log_period=0": "log_period",
     "log_period=often": "log_period is 'often'; give a number",
     "seed=-1": "seed is -1",
@@ -230,7 +233,7 @@ def test_compare_runs_each_family_and_draws_them_together(out, capsys):
 def test_compare_refuses_an_unknown_family_before_it_writes(out, capsys):
     short = ("compare", "consistency", "--duration", "0.05", "--out", str(out))
     assert run(*short, "--orientation", "quaternion", "euler") == 2
-    assert re.search("Unknown orientation 'euler'.*Valid: ", capsys.readouterr().err)
+    assert re.search("Unknown impedance.orientation 'euler'.*Valid: ", capsys.readouterr().err)
     assert not out.exists()
 
 
@@ -278,3 +281,18 @@ def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, caps
     assert 0 < log["t"][-1] < 5
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["failure"]
+
+
+@pytest.mark.parametrize("command", ["run", "sweep", "bench --only"])
+def test_the_program_stays_the_process_that_was_started(command):
+    """A program that starts itself anew, in the same process or another, would write twice."""
+    module, function = PYPROJECT["project"]["scripts"]["geoimp"].split(":")
+    code = (
+        f"import os, sys; from {module} import {function}; print(os.getpid(), flush=True);"
+        f"sys.argv = 'geoimp {command} nothing'.split(); sys.exit({function}())"
+    )
+    with Popen([sys.executable, "-c", code], text=True, stdout=PIPE, stderr=PIPE) as program:
+        said, errors = program.communicate()
+    assert said == f"{program.pid}\n"
+    assert program.returncode == 2
+    assert "nothing" in errors

@@ -11,7 +11,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     orientation_displacement,
     quaternion_error,
 )
-from geoimp_drake.diagrams.setups.tight import ARMS, OBJECT, TightScenario
+from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT, TightScenario
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.simulation.claims import (
     Claim,

@@ -21,7 +21,7 @@ __all__ = ["EXPERIMENTS", "OWN", "Experiment", "get_experiment"]
 _FOLDER = Path(__file__).resolve().parent
 _DIAGRAMS = "geoimp_drake.diagrams"
 
-# Of each kind of set-up the module, its scenario and its builder.
+# Of each kind of set-up the module that builds it; its scenario is in the module beside that.
 _SETUPS = {
     "single arm": ("single_arm", "SingleArmScenario", "build_single_arm"),
     "loose": ("loose", "LooseScenario", "build_loose"),
@@ -56,7 +56,7 @@ class Experiment:
     def schema(self) -> type[Any]:
         """The scenario's dataclass."""
         module, scenario, _ = _SETUPS[self.setup]
-        schema: type[Any] = resolve_name(f"{_DIAGRAMS}.setups.{module}:{scenario}")
+        schema: type[Any] = resolve_name(f"{_DIAGRAMS}.setups.{module}_scenario:{scenario}")
         return schema
 
     @property

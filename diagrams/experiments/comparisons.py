@@ -9,7 +9,7 @@ import numpy as np
 from geoimp_drake.diagrams.experiments.consistency import misalignment_at
 from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact, quaternion_error
 from geoimp_drake.diagrams.experiments.singularity import held_and_peak
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.typing import Array
 

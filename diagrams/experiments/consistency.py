@@ -9,7 +9,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     misalignment,
     quaternion_error,
 )
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.sources.desired_motion import phases_of

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from geoimp_drake.diagrams.experiments.measures import Log
 from geoimp_drake.diagrams.scene.insertion import insertion
-from geoimp_drake.diagrams.setups.loose import LooseScenario
+from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.frame_motion import POSITION, pose_of

@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     moment_spring_error,
     orientation_displacement,
 )
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import (
     Claim,
     at_least,

@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     quaternion_error,
 )
 from geoimp_drake.diagrams.scene.cell import joint_names
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.simulation.claims import (
     Claim,

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geoimp_drake.diagrams.experiments.measures import Log, conditioning, ended_in_contact
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.sources.desired_motion import phases_of

@@ -34,7 +34,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models.robot_data import TOOL
 from geoimp_drake.models.urdf import inertia_of
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, non_negative, positive
+from geoimp_drake.validation import check, choice, finite_vector, key, non_negative, positive
 
 __all__ = [
     "BAR",
@@ -60,16 +60,17 @@ class BarConfig:
     stick: float = 0.15  # from the bar's axis to the disk's front face [m]
     friction: float = 0.3  # of the disk
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        for name in ("length", "width", "height"):
-            positive(getattr(self, name), f"bar.{name}", "m")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for part in ("length", "width", "height"):
+            positive(getattr(self, part), key(name, part), "m")
         shortest = self.height / 2 + TOOL.disk_thickness
         if not (np.isfinite(self.stick) and self.stick > shortest):
             raise ConfigurationError(
-                f"bar.stick is {self.stick:g} m; bar and disk alone reach {shortest:g} m."
+                f"{key(name, 'stick')} is {self.stick:g} m; bar and disk alone reach "
+                f"{shortest:g} m."
             )
-        non_negative(self.friction, "bar.friction")
+        non_negative(self.friction, key(name, "friction"))
 
 
 @dataclass
@@ -83,15 +84,16 @@ class GraspConfig:
     torque_damping: float = 0.5  # [Nms/rad]
     squeeze: Array = field(default_factory=lambda: np.zeros(3))  # force on the bar at rest, W [N]
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        choice(self.kind, "grasp.kind", ("bushing", "rigid"))
-        for name in ("force_stiffness", "force_damping", "torque_stiffness", "torque_damping"):
-            positive(getattr(self, name), f"grasp.{name}")
-        finite_vector(self.squeeze, "grasp.squeeze", 3)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.kind, key(name, "kind"), ("bushing", "rigid"))
+        for part in ("force_stiffness", "force_damping", "torque_stiffness", "torque_damping"):
+            positive(getattr(self, part), key(name, part))
+        finite_vector(self.squeeze, key(name, "squeeze"), 3)
         if self.kind == "rigid" and np.any(self.squeeze):
             raise ConfigurationError(
-                "grasp.squeeze is a preload of the bushing; with grasp.kind 'rigid' leave it zero."
+                f"{key(name, 'squeeze')} is a preload of the bushing; with {key(name, 'kind')} "
+                f"'rigid' leave it zero."
             )
 
 
@@ -100,7 +102,7 @@ def add_bar(plant: MultibodyPlant, config: BarConfig) -> RigidBody:
 
     The frames `end_1`, `end_2` (at −y and +y) and `disk` are in the same model instance.
     """
-    config.validate()
+    check(config, "bar")
     instance = plant.AddModelInstance(BAR)
     stick = config.stick - TOOL.disk_thickness
     shapes = (
@@ -139,7 +141,7 @@ def add_grasp(
     Returns:
         The bushing; None for the rigid grasp.
     """
-    config.validate()
+    check(config, "grasp")
     if config.kind == "rigid":
         plant.AddWeldConstraint(
             hand.body(), hand.GetFixedPoseInBodyFrame(), end.body(), end.GetFixedPoseInBodyFrame()

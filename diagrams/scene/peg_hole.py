@@ -26,6 +26,7 @@ from pydrake.multibody.tree import CalcSpatialInertia, Frame, RigidBody, Spatial
 from geoimp_drake.diagrams.scene.peg_hole_config import PegHoleConfig
 from geoimp_drake.diagrams.scene.peg_hole_mesh import block_shape, hole_facets, peg_volume
 from geoimp_drake.errors import ModelError
+from geoimp_drake.validation import check
 
 __all__ = ["PegHoleConfig", "add_block", "add_peg"]
 
@@ -53,7 +54,7 @@ def add_peg(
         ConfigurationError: the configuration cannot be used.
         ModelError: the plant has no scene graph, is finalized, or has a model of that name.
     """
-    config.validate()
+    check(config, "peg_hole")
     radius, length = config.peg_diameter / 2, config.peg_length
     X_PC = RigidTransform([0.0, 0.0, -length / 2])
     M_C = SpatialInertia.SolidCylinderWithDensity(config.peg_density, radius, length, [0, 0, 1])
@@ -93,7 +94,7 @@ def add_block(
         ConfigurationError: the configuration cannot be used.
         ModelError: the plant has no scene graph, is finalized, or has a model of that name.
     """
-    config.validate()
+    check(config, "peg_hole")
     shape, X_HH = block_shape(config), RigidTransform()
     M_H = CalcSpatialInertia(shape, config.block_density)
     block = _add_welded(plant, frame, X_FH, M_H, name)

@@ -6,7 +6,7 @@ import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector, non_negative, positive
+from geoimp_drake.validation import finite_vector, key, non_negative, positive
 
 __all__ = ["PegHoleConfig"]
 
@@ -51,18 +51,18 @@ class PegHoleConfig:
     peg_color: Array = field(default_factory=lambda: np.array([0.72, 0.74, 0.78, 1.0]))  # rgba
     block_color: Array = field(default_factory=lambda: np.array([0.72, 0.53, 0.33, 0.35]))  # rgba
 
-    def validate(self) -> None:
-        """Raises ConfigurationError with the first number that cannot be used."""
-        for name in (*_LENGTHS, "peg_density", "block_density", "modulus"):
-            positive(getattr(self, name), f"peg_hole.{name}")
-        for name in ("friction", "relaxation_time", "dissipation"):
-            non_negative(getattr(self, name), f"peg_hole.{name}")
-        for name in ("peg_color", "block_color"):
-            _check_color(getattr(self, name), f"peg_hole.{name}")
-        _check_sides(self.peg_sides, "peg_hole.peg_sides", 1)
-        _check_sides(self.hole_sides, "peg_hole.hole_sides", 4)
-        self._check_fit()
-        self._check_block()
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for part in (*_LENGTHS, "peg_density", "block_density", "modulus"):
+            positive(getattr(self, part), key(name, part))
+        for part in ("friction", "relaxation_time", "dissipation"):
+            non_negative(getattr(self, part), key(name, part))
+        for part in ("peg_color", "block_color"):
+            _check_color(getattr(self, part), key(name, part))
+        _check_sides(self.peg_sides, key(name, "peg_sides"), 1)
+        _check_sides(self.hole_sides, key(name, "hole_sides"), 4)
+        self._check_fit(name)
+        self._check_block(name)
 
     def play_bounds(self) -> tuple[float, float]:
         """Returns between what the play [m] of a peg parallel to the hole is.
@@ -88,36 +88,36 @@ class PegHoleConfig:
         side = self.hole_diameter / 2 * np.tan(np.pi / self.hole_sides)
         return float(side * self.block_length / (self.block_length - self.hole_depth))
 
-    def _check_fit(self) -> None:
+    def _check_fit(self, name: str) -> None:
         if self.peg_diameter >= self.hole_diameter:
             raise ConfigurationError(
-                f"peg_hole.peg_diameter {1e3 * self.peg_diameter:g} mm does not fit into "
-                f"peg_hole.hole_diameter {1e3 * self.hole_diameter:g} mm; make it smaller."
+                f"{key(name, 'peg_diameter')} {1e3 * self.peg_diameter:g} mm does not fit into "
+                f"{key(name, 'hole_diameter')} {1e3 * self.hole_diameter:g} mm; make it smaller."
             )
         if (play := self.play_bounds()[0]) <= 0:
             raise ConfigurationError(
                 f"a peg of {self.peg_sides} sides is {-1e6 * play:.3g} µm too wide for the hole at "
-                f"its corners; raise peg_hole.peg_sides, or widen the hole."
+                f"its corners; raise {key(name, 'peg_sides')}, or widen the hole."
             )
         if self.peg_length <= self.peg_diameter:
             raise ConfigurationError(
-                f"peg_hole.peg_length {1e3 * self.peg_length:g} mm must exceed "
-                f"peg_hole.peg_diameter {1e3 * self.peg_diameter:g} mm."
+                f"{key(name, 'peg_length')} {1e3 * self.peg_length:g} mm must exceed "
+                f"{key(name, 'peg_diameter')} {1e3 * self.peg_diameter:g} mm."
             )
 
-    def _check_block(self) -> None:
+    def _check_block(self, name: str) -> None:
         if self.block_length <= self.hole_depth:
             raise ConfigurationError(
-                f"peg_hole.block_length {1e3 * self.block_length:g} mm must exceed "
-                f"peg_hole.hole_depth {1e3 * self.hole_depth:g} mm: the hole has a bottom."
+                f"{key(name, 'block_length')} {1e3 * self.block_length:g} mm must exceed "
+                f"{key(name, 'hole_depth')} {1e3 * self.hole_depth:g} mm: the hole has a bottom."
             )
         bottom = 2 * self.hole_diameter / 2 / np.cos(np.pi / self.hole_sides)
         wall = np.hypot(self.hole_diameter / 2, self.facet_half_width())
         if self.block_width / 2 < max(bottom, wall):
             raise ConfigurationError(
-                f"peg_hole.block_width {1e3 * self.block_width:g} mm leaves too little wood round "
-                f"the hole: give {2e3 * max(bottom, wall):.4g} mm or more, or raise "
-                f"peg_hole.block_length or peg_hole.hole_sides."
+                f"{key(name, 'block_width')} {1e3 * self.block_width:g} mm leaves too little wood "
+                f"round the hole: give {2e3 * max(bottom, wall):.4g} mm or more, or raise "
+                f"{key(name, 'block_length')} or {key(name, 'hole_sides')}."
             )
 
 

@@ -46,8 +46,9 @@ from geoimp_drake.diagrams.scene.surface_config import (
     stiff_plexiglas,
 )
 from geoimp_drake.diagrams.scene.surface_looks import APPEARANCES, draw_stand
-from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.errors import ModelError
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import check
 
 __all__ = [
     "DISK_RADIUS",
@@ -100,9 +101,9 @@ def add_surface(
         ConfigurationError: the configuration cannot be used, or not with the plant's time step.
         ModelError: the plant has no scene graph, is finalized, or has a model of that name.
     """
-    config.validate()
+    check(config, "surface")
     _check_plant(plant, config.name)
-    _check_step(plant.time_step(), config)
+    config.check_step("surface", plant.time_step())
     instance = plant.AddModelInstance(config.name)
     plate = plant.AddRigidBody("plate", instance, _plate_inertia(config))
     plant.set_gravity_enabled(instance, False)
@@ -227,19 +228,3 @@ def _check_plant(plant: MultibodyPlant, name: str) -> None:
         raise ModelError(f"surface {name!r} comes too late: add it before the plant's Finalize().")
     if plant.HasModelInstanceNamed(name):
         raise ModelError(f"the plant has a model {name!r} already: give the surface another name.")
-
-
-def _check_step(h: float, config: SurfaceConfig) -> None:
-    """A bushing is an explicit force: it diverges unless k h² + 2 d h < 4 m."""
-    moments = SpatialInertia.SolidBoxWithMass(config.plate_mass, *config.size)
-    smallest = moments.CalcRotationalInertia().get_moments().min()
-    for kind, k, d, m in (
-        ("mount", config.mount_stiffness, config.mount_damping, config.plate_mass),
-        ("mount_tilt", config.mount_tilt_stiffness, config.mount_tilt_damping, smallest),
-    ):
-        if not k * h**2 + 2 * d * h < 4 * m:
-            raise ConfigurationError(
-                f"surface.{kind}_stiffness {k:g} with surface.{kind}_damping {d:g} diverges at a "
-                f"time step of {h:g} s: lower them, or raise surface.plate_mass, until "
-                f"k h² + 2 d h, now {k * h**2 + 2 * d * h:.3g}, is below {4 * m:.3g}."
-            )

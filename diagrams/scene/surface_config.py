@@ -3,10 +3,12 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from pydrake.multibody.tree import SpatialInertia
 
 from geoimp_drake.diagrams.scene.surface_looks import APPEARANCES
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, key
 
 __all__ = [
     "DISK_RADIUS",
@@ -46,19 +48,35 @@ class SurfaceConfig:
     color: np.ndarray = field(default_factory=lambda: np.array([0.62, 0.84, 0.95, 0.35]))  # rgba
     stand: bool = True  # draw a column from the floor z = 0 to the mount
 
-    def validate(self) -> None:
-        """Raises ConfigurationError with the first number that cannot be used."""
-        _check_array("surface.size", self.size, 3, (1e-3, 10.0))
-        _check_array("surface.centre", self.centre, 2, (-10.0, 10.0))
-        _check_array("surface.color", self.color, 4, (0.0, 1.0))
-        for name in _POSITIVE:
-            check_number(f"surface.{name}", getattr(self, name), np.finfo(float).tiny)
-        for name in _NON_NEGATIVE:
-            check_number(f"surface.{name}", getattr(self, name), 0.0)
-        if self.appearance not in APPEARANCES:
-            raise ConfigurationError(
-                f"surface.appearance is {self.appearance!r}: choose from {', '.join(APPEARANCES)}."
-            )
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        _check_array(key(name, "size"), self.size, 3, (1e-3, 10.0))
+        _check_array(key(name, "centre"), self.centre, 2, (-10.0, 10.0))
+        _check_array(key(name, "color"), self.color, 4, (0.0, 1.0))
+        for part in _POSITIVE:
+            check_number(key(name, part), getattr(self, part), np.finfo(float).tiny)
+        for part in _NON_NEGATIVE:
+            check_number(key(name, part), getattr(self, part), 0.0)
+        choice(self.appearance, key(name, "appearance"), APPEARANCES)
+
+    def check_step(self, name: str, step: float) -> None:
+        """Raises ConfigurationError if the mount diverges at a plant's time step h [s].
+
+        A bushing is an explicit force: k h² + 2 d h has to be below 4 m.
+        """
+        moments = SpatialInertia.SolidBoxWithMass(self.plate_mass, *self.size)
+        smallest = moments.CalcRotationalInertia().get_moments().min()
+        for kind, k, d, m in (
+            ("mount", self.mount_stiffness, self.mount_damping, self.plate_mass),
+            ("mount_tilt", self.mount_tilt_stiffness, self.mount_tilt_damping, smallest),
+        ):
+            if not (load := k * step**2 + 2 * d * step) < 4 * m:
+                raise ConfigurationError(
+                    f"{key(name, kind)}_stiffness {k:g} with {key(name, kind)}_damping {d:g} "
+                    f"diverges at a time step of {step:g} s: lower them, or raise "
+                    f"{key(name, 'plate_mass')}, until k h² + 2 d h, now {load:.3g}, is below "
+                    f"{4 * m:.3g}."
+                )
 
 
 _POSITIVE = (

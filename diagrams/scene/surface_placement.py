@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from geoimp_drake.diagrams.scene.surface import DISK_RADIUS, SurfaceConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import finite_vector, key
 
 __all__ = ["SurfacePlacement", "check_clear"]
 
@@ -21,15 +21,18 @@ class SurfacePlacement:
     normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # outward, in W
     properties: SurfaceConfig = field(default_factory=SurfaceConfig)
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        finite_vector(self.point, "surface.point", 3)
-        normal = finite_vector(self.normal, "surface.normal", 3)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        finite_vector(self.point, key(name, "point"), 3)
+        normal = finite_vector(self.normal, key(name, "normal"), 3)
         if np.linalg.norm(normal) < 1e-6:
             raise ConfigurationError(
-                "surface.normal is zero; give the direction out of the surface."
+                f"{key(name, 'normal')} is zero; give the direction out of the surface."
             )
-        self.properties.validate()
+
+    def check_step(self, name: str, step: float) -> None:
+        """Raises ConfigurationError if the surface diverges at a plant's time step [s]."""
+        self.properties.check_step(key(name, "properties"), step)
 
     def pose(self) -> RigidTransform:
         """Returns X_WS: z along the normal, origin at the point."""

@@ -18,7 +18,7 @@ from geoimp_drake.controllers.impedance_controller import make_impedance_control
 from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
-from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.simulation.recorder import Recorder
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
@@ -57,7 +57,7 @@ def add_compliant_arm(
     E: Frame,
     sensor_joint: Joint,
     desired_motion: OutputPort,
-    settings: RunSettings,
+    settings: CompliantArmSettings,
 ) -> CompliantArm:
     """Adds impedance controller and wrist sensor of one arm, connected to the plant.
 
@@ -68,7 +68,7 @@ def add_compliant_arm(
         E: the frame that is made compliant.
         sensor_joint: the weld that its wrist sensor reads.
         desired_motion: of D in W (19).
-        settings: gains, sampling, sensor and seed.
+        settings: the controller's, sensor and seed.
     """
     instance = plant.GetModelInstanceByName(arm)
     settings.sensor.seed = settings.seed
@@ -76,7 +76,7 @@ def add_compliant_arm(
     # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
     sensor = wrist_sensor_at(plant, sensor_joint, E, settings.sensor, name=f"{arm}_{WRIST_SENSOR}")
     controller = builder.AddSystem(
-        make_impedance_controller(plant, instance, E, settings.controller(), sensor=sensor)
+        make_impedance_controller(plant, instance, E, settings, sensor=sensor)
     )
     connect_wrist_sensors(builder, plant, controller)
 

@@ -12,8 +12,7 @@ Frames: P at the peg's tip, z out of it; H at the hole's mouth, z out of it; S t
 face behind the wrist sensor, z forward.
 """
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -23,164 +22,36 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, add_cell
+from geoimp_drake.diagrams.scene.cell import add_cell
 from geoimp_drake.diagrams.scene.insertion import insertion
-from geoimp_drake.diagrams.scene.peg_hole import PegHoleConfig, add_block, add_peg
+from geoimp_drake.diagrams.scene.peg_hole import add_block, add_peg
 from geoimp_drake.diagrams.scene.rod import add_rod, mounting_face
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
-from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
-from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.loose_scenario import (
+    LooseScenario,
+    PlannedInsertion,
+    TaughtPose,
+)
+from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.models.robot_data import TOOL
 from geoimp_drake.motion_program.pdl import read_program
-from geoimp_drake.motion_program.plan import MotionPlan, PlanConfig, plan
-from geoimp_drake.motion_program.taught import TaughtVariable, taught_values
+from geoimp_drake.motion_program.plan import MotionPlan, plan
+from geoimp_drake.motion_program.taught import taught_values
 from geoimp_drake.rotations import euler
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.visualization import add_visualization
 from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialController,
-    IndustrialControllerConfig,
     make_industrial_controller,
 )
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
-from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
-from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, non_negative, positive
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench
+from geoimp_drake.validation import check
 
-__all__ = [
-    "PLANS",
-    "ArmRoles",
-    "LooseScenario",
-    "PlannedInsertion",
-    "ProgramSettings",
-    "TaughtPose",
-    "build_loose",
-]
-
-_ARMS = (SIX, SEVEN)
-PLANS = ("nominal", "misplanned")
-
-
-@dataclass
-class PlannedInsertion:
-    """How far the program pushes, and how wrong it is about where the hole lies."""
-
-    path: float = 0.05  # along the tool's approach axis [m]
-    rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # of the tool about W's axes
-    offset: Array = field(default_factory=lambda: np.zeros(3))  # of the tip, in W [m]
-
-    def validate(self, name: str) -> None:
-        """Raises ConfigurationError if a field cannot be used; `name` is the plan's key."""
-        positive(self.path, f"{name}.path", "m")
-        finite_vector(self.rotation_deg, f"{name}.rotation_deg", 3)
-        finite_vector(self.offset, f"{name}.offset", 3)
-
-
-@dataclass
-class TaughtPose:
-    """A pose of the peg's tip, taught with respect to the hole: aligned with it, `offset` away."""
-
-    offset: Array = field(default_factory=lambda: np.zeros(3))  # from H to P, in W [m]
-
-
-@dataclass
-class ProgramSettings:
-    """The motion program, and what has been taught for it."""
-
-    file: str = "insertion.pdl"  # a path, or a file beside the experiments
-    constants: dict[str, float] = field(default_factory=dict)  # in the place of the program's own
-    path_constant: str = "dpt"  # is given the plan's path [mm]
-    poses: dict[str, TaughtPose] = field(default_factory=dict)
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        for name, pose in self.poses.items():
-            finite_vector(pose.offset, f"program.poses.{name}.offset", 3)
-
-    def path(self) -> Path:
-        """Returns where the program is."""
-        beside = Path(__file__).resolve().parents[1] / "experiments" / self.file
-        return beside if beside.exists() else Path(self.file)
-
-
-@dataclass
-class ArmRoles:
-    """What an arm needs to know for either role."""
-
-    hold: StartConfig = field(default_factory=StartConfig)  # of H, if this arm holds the hole
-    start: list[float] = field(default_factory=list)  # posture, if it brings the peg [rad, m]
-    taught: list[TaughtVariable] = field(default_factory=list)  # for the program, if it does
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        self.hold.validate()
-        taught_values(self.taught)
-
-
-@dataclass
-class LooseScenario(RunSettings):
-    """Everything of a run of peg in hole; SI units, degrees and millimetres where it says so."""
-
-    peg_arm: str = SEVEN
-    plan: str = "misplanned"  # or nominal
-    nominal: PlannedInsertion = field(default_factory=PlannedInsertion)
-    misplanned: PlannedInsertion = field(
-        default_factory=lambda: PlannedInsertion(0.09, np.array([2.0, 0.0, 2.0]))
-    )
-    hold: float = 5.0  # after the end of the program [s]
-    program: ProgramSettings = field(default_factory=ProgramSettings)
-    speeds: PlanConfig = field(default_factory=PlanConfig)  # of the program at 100 per cent
-    servo: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
-    peg_hole: PegHoleConfig = field(default_factory=PegHoleConfig)
-    tip: float = 0.155  # of the peg, from S along its z axis [m]
-    mouth: float = 0.165  # of the hole, from S along its z axis [m]
-    # E in S [m]: where the compliant hand is to turn about.
-    remote_centre: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.165]))
-    six: ArmRoles = field(default_factory=ArmRoles)
-    seven: ArmRoles = field(default_factory=ArmRoles)
-    external: WrenchRamp | None = None  # on the block at the hole's mouth, in the axes of H
-
-    @property
-    def compliant(self) -> str:
-        """Name of the arm that holds the hole, in plant and log."""
-        return SIX if self.peg_arm == SEVEN else SEVEN
-
-    def pose_of_mouth(self) -> RigidTransform:
-        """Returns X_SH."""
-        return RigidTransform([0.0, 0.0, self.mouth])
-
-    def planned(self) -> PlannedInsertion:
-        """Returns the plan that is chosen."""
-        plan: PlannedInsertion = getattr(self, self.plan)
-        return plan
-
-    def roles(self, arm: str) -> ArmRoles:
-        """Returns what an arm of the cell needs to know."""
-        return self.six if arm == SIX else self.seven
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        self.validate_run()
-        choice(self.peg_arm, "peg_arm", _ARMS)
-        choice(self.plan, "plan", PLANS)
-        self.nominal.validate("nominal")
-        self.misplanned.validate("misplanned")
-        non_negative(self.hold, "hold", "s")
-        for part in (self.program, self.speeds, self.servo, self.peg_hole, self.six, self.seven):
-            part.validate()
-        # Between a hand and what it holds there is a rod on a mounting plate.
-        plate = TOOL.plate_thickness
-        positive(self.tip - self.peg_hole.peg_length - plate, "tip less the peg and a plate", "m")
-        positive(
-            self.mouth - self.peg_hole.block_length - plate, "mouth less the block and a plate", "m"
-        )
-        finite_vector(self.remote_centre, "remote_centre", 3)
-        if self.external is not None:
-            self.external.validate()
+__all__ = ["build_loose"]
 
 
 @dataclass
@@ -211,7 +82,7 @@ def build_loose(
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    scenario.validate()
+    check(scenario)
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
     frames = _add_models(plant, scenario)
@@ -294,7 +165,9 @@ def _hold_still(plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario)
     """Puts the compliant arm where it holds the hole; returns X_WH."""
     arm = plant.GetModelInstanceByName(scenario.compliant)
     start = scenario.roles(scenario.compliant).hold
-    posture, X_WH = start_posture(ControlModel.of_arm(plant, arm, frames.H), start)
+    posture, X_WH = start_posture(
+        ControlModel.of_arm(plant, arm, frames.H), start, f"{scenario.compliant}.hold"
+    )
     plant.SetDefaultPositions(arm, posture)
     start.posture = posture.tolist()
     return X_WH

@@ -4,17 +4,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.inverse_kinematics import InverseKinematics
-from pydrake.solvers import Solve
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.start_posture import find_start_posture
+from geoimp_drake.arm.start_posture import find_start_posture, inverse_kinematics
 from geoimp_drake.arm.state import evaluate_arm
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.rotations import euler, so3
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import finite_vector, key
 
 __all__ = ["StartConfig", "start_posture"]
 
@@ -37,16 +35,14 @@ class StartConfig:
     guess: Array | None = None  # near which to look [rad, m]; everywhere if not given
     posture: list[float] | None = None  # joint positions [rad, m]; then nothing is looked for
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         if self.position is not None:
-            finite_vector(self.position, "start.position", 3)
-        finite_vector(self.attitude_deg, "start.attitude_deg", 3)
-        finite_vector(self.tilt_axis, "start.tilt_axis", 3)
-        if not np.isfinite(self.tilt_deg):
-            raise ConfigurationError(f"start.tilt_deg is {self.tilt_deg}; it must be finite.")
-        if np.linalg.norm(self.tilt_axis) < 1e-6:
-            raise ConfigurationError("start.tilt_axis is zero; give a direction.")
+            finite_vector(self.position, key(name, "position"), 3)
+        finite_vector(self.attitude_deg, key(name, "attitude_deg"), 3)
+        axis = finite_vector(self.tilt_axis, key(name, "tilt_axis"), 3)
+        if np.linalg.norm(axis) < 1e-6:
+            raise ConfigurationError(f"{key(name, 'tilt_axis')} is zero; give a direction.")
 
     def pose(self) -> RigidTransform:
         """Returns X_WE."""
@@ -56,21 +52,28 @@ class StartConfig:
         return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_WE), self.position)
 
 
-def start_posture(model: ControlModel, start: StartConfig) -> tuple[Array, RigidTransform]:
+def start_posture(
+    model: ControlModel, start: StartConfig, name: str = "start"
+) -> tuple[Array, RigidTransform]:
     """Returns the joint positions and the pose X_WE at the start.
+
+    Args:
+        model: the arm.
+        start: where it starts.
+        name: of `start` in the scenario, for errors.
 
     Raises:
         ConfigurationError: wrong number of joints, outside the joint limits, or out of reach.
         SingularityError: the posture is at a kinematic singularity.
     """
     if start.posture is not None:
-        q = finite_vector(np.array(start.posture), "start.posture", model.num_joints)
+        q = finite_vector(np.array(start.posture), key(name, "posture"), model.num_joints)
     elif start.position is None:
         q = find_start_posture(model)
     elif start.guess is None:
         q = find_start_posture(model, start.pose())
     else:
-        q = _inverse_kinematics(model, start)
+        q = _near_guess(model, start, name)
     _check_limits(model, q)
     arm = evaluate_arm(
         model, model.plant.CreateDefaultContext(), np.concatenate((q, np.zeros_like(q)))
@@ -79,24 +82,17 @@ def start_posture(model: ControlModel, start: StartConfig) -> tuple[Array, Rigid
     return q, RigidTransform(RotationMatrix(arm.R_WE), arm.p_WE)
 
 
-def _inverse_kinematics(model: ControlModel, start: StartConfig) -> Array:
-    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
-    guess = finite_vector(np.array(start.guess), "start.guess", model.num_joints)
+def _near_guess(model: ControlModel, start: StartConfig, name: str) -> Array:
+    guess = finite_vector(np.array(start.guess), key(name, "guess"), model.num_joints)
     X_WE = start.pose()
-    problem = InverseKinematics(plant, with_joint_limits=True)
-    p = X_WE.translation()
-    problem.AddPositionConstraint(E, np.zeros(3), W, p, p)
-    problem.AddOrientationConstraint(W, X_WE.rotation(), E, RotationMatrix(), 0.0)
-    problem.prog().AddQuadraticErrorCost(np.eye(model.num_joints), guess, problem.q())
-    problem.prog().SetInitialGuess(problem.q(), guess)
-    result = Solve(problem.prog())
-    if not result.is_success():
+    q = inverse_kinematics(model, X_WE, guess)
+    if q is None:
         raise ConfigurationError(
-            f"No posture within the joint limits puts the end effector at start.position = "
-            f"{p.tolist()} with that attitude (searched from start.guess). Give a nearer guess or "
-            f"a pose within reach."
+            f"No posture within the joint limits puts the end effector at "
+            f"{key(name, 'position')} = {X_WE.translation().tolist()} with that attitude "
+            f"(searched from {key(name, 'guess')}). Give a nearer guess or a pose within reach."
         )
-    return np.asarray(result.GetSolution(problem.q()))
+    return q
 
 
 def _check_limits(model: ControlModel, q: Array) -> None:

@@ -1,4 +1,4 @@
-"""What every scenario has: length and log of the run, the control, and Drake's own settings."""
+"""What every scenario has: length and log of the run, its sensors and Drake's own settings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,20 +6,14 @@ from dataclasses import dataclass, field
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
-from geoimp_drake.controllers.config import (
-    ImpedanceConfig,
-    ImpedanceControllerConfig,
-    MotionConfig,
-    RedundancyConfig,
-    SamplingConfig,
-)
+from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingConfig
 from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
-from geoimp_drake.validation import positive
+from geoimp_drake.validation import key, non_negative, positive
 
-__all__ = ["RunSettings"]
+__all__ = ["CompliantArmSettings", "RunSettings", "differenced"]
 
 
 @dataclass
@@ -30,11 +24,6 @@ class RunSettings:
     seed: int = 0  # of the sensors' noise
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
-    impedance: ImpedanceConfig = field(default_factory=ImpedanceConfig)
-    motion: MotionConfig = field(default_factory=MotionConfig)
-    sampling: SamplingConfig = field(default_factory=lambda: SamplingConfig(velocity="differenced"))
-    redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    form: str = "blocks"  # of the controller; or compiled: one system
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
     plant: MultibodyPlantConfig = field(
         default_factory=lambda: MultibodyPlantConfig(
@@ -49,32 +38,39 @@ class RunSettings:
         )
     )
 
-    def controller(self) -> ImpedanceControllerConfig:
-        """Returns the controller's part."""
-        return ImpedanceControllerConfig(
-            self.impedance, self.motion, self.sampling, self.redundancy, self.form
-        )
-
-    def validate_run(self) -> None:
-        """Raises ConfigurationError if one of these settings cannot be used."""
-        positive(self.log_period, "log_period", "s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        period = key(name, "log_period")
+        positive(self.log_period, period, "s")
         if self.duration is not None:
-            positive(self.duration, "duration", "s")
-        if self.seed < 0:
-            raise ConfigurationError(f"seed is {self.seed}; it must not be negative.")
-        self.controller().validate()
-        self.sensor.validate()
-        check_plant_config(self.plant)
-        check_simulator_config(self.simulator)
+            positive(self.duration, key(name, "duration"), "s")
+        non_negative(self.seed, key(name, "seed"))
+        check_plant_config(self.plant, key(name, "plant"))
+        check_simulator_config(self.simulator, key(name, "simulator"))
         if self.log_period < self.plant.time_step:
             raise ConfigurationError(
-                f"log_period is {self.log_period:g} s; it must not be shorter than "
-                f"plant.time_step, {self.plant.time_step:g} s."
+                f"{period} is {self.log_period:g} s; it must not be shorter than "
+                f"{key(name, 'plant.time_step')}, {self.plant.time_step:g} s."
             )
 
-    def validate_motion(self, segments: Sequence[MotionSegment]) -> None:
-        """Raises ConfigurationError if a segment cannot be used, or nothing says how long it is."""
-        for index, segment in enumerate(segments):
-            segment.validate(f"segments.{index}")
+    def check_moves(self, segments: Sequence[MotionSegment]) -> None:
+        """Raises ConfigurationError if nothing says how long the run is."""
         if not segments and self.duration is None:
             raise ConfigurationError("There is no motion; give a duration.")
+
+
+def differenced() -> SamplingConfig:
+    """Returns how scenarios read the joints: velocities are differences of positions."""
+    return SamplingConfig(velocity="differenced")
+
+
+@dataclass
+class CompliantArmSettings(ImpedanceControllerConfig, RunSettings):
+    """Settings of a run with one arm that is compliant: its controller's are among them."""
+
+    sampling: SamplingConfig = field(default_factory=differenced)
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        ImpedanceControllerConfig.validate(self, name)
+        RunSettings.validate(self, name)

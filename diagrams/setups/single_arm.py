@@ -5,8 +5,6 @@
 ```
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
@@ -14,60 +12,21 @@ from pydrake.multibody.tree import Frame, Joint
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, SIX, add_cell
+from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, add_cell
 from geoimp_drake.diagrams.scene.surface import add_disk_contact, add_surface, surface_plane
-from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement, check_clear
+from geoimp_drake.diagrams.scene.surface_placement import check_clear
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
-from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
-from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
-from geoimp_drake.robot_files.config import RobotConfig
+from geoimp_drake.diagrams.setups.single_arm_scenario import CELL_OF_ARM, SingleArmScenario
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.visualization import add_visualization
-from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
-from geoimp_drake.validation import choice, positive
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench
+from geoimp_drake.validation import check
 
-__all__ = [
-    "SingleArmScenario",
-    "build_single_arm",
-]
-
-
-@dataclass
-class SingleArmScenario(RunSettings):
-    """Everything of a run with one arm; SI units, angles in degrees where the name says so."""
-
-    arm: str = SIX  # or seven; with a robot of your own, its name in the log
-    robot: RobotConfig | None = None  # of your own, in the place of the cell's arm
-    start: StartConfig = field(default_factory=StartConfig)
-    segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
-    surface: SurfacePlacement | None = None
-    external: WrenchRamp | None = None  # on the hand at E, in the axes of D at the start
-    disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
-
-    @property
-    def compliant(self) -> str:
-        """Name under which what is compliant is logged."""
-        return self.arm
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        if self.robot is None:
-            choice(self.arm, "arm", CELL_OF_ARM)
-        else:
-            self.robot.validate("robot")
-        self.validate_run()
-        self.validate_motion(self.segments)
-        self.start.validate()
-        for part in (self.surface, self.external):
-            if part is not None:
-                part.validate()
-        positive(self.disk_resolution_hint, "disk_resolution_hint", "m")
-
-
-CELL_OF_ARM = {SIX: "single_arm", SEVEN: "track_arm"}
+__all__ = ["build_single_arm"]
 
 
 def build_single_arm(
@@ -89,7 +48,7 @@ def build_single_arm(
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    scenario.validate()
+    check(scenario)
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
     E, sensor_joint = _add_models(plant, scenario)

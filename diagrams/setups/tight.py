@@ -12,7 +12,7 @@ six-joint arm's.
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -22,132 +22,37 @@ from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw, RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder, System
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
 from geoimp_drake.controllers.wrist_sensor import (
     connect_wrist_sensors,
     tool_load_beyond,
     wrist_sensor_at,
 )
-from geoimp_drake.diagrams.scene.bar import (
-    BarConfig,
-    GraspConfig,
-    add_bar,
-    add_grasp,
-    open_grasp,
-)
+from geoimp_drake.diagrams.scene.bar import add_bar, add_grasp, open_grasp
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, WRIST_SENSOR, add_cell
 from geoimp_drake.diagrams.scene.rod import add_rod
 from geoimp_drake.diagrams.scene.surface import add_disk_contact, add_surface, surface_plane
-from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement, check_clear
+from geoimp_drake.diagrams.scene.surface_placement import check_clear
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.compliant_arm import sensor_joint_of
 from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
-from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
-from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.models.robot_data import TOOL
-from geoimp_drake.parts.grasp import MutualPose
-from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
-from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT, TightScenario
 from geoimp_drake.parts.object_load import ObjectLoad
-from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
-from geoimp_drake.rotations import euler, quaternion
+from geoimp_drake.rotations import euler
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
 from geoimp_drake.simulation.visualization import add_visualization
-from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, positive
+from geoimp_drake.validation import check, finite_vector
 
-__all__ = ["ARMS", "OBJECT", "AssumedGeometry", "TightScenario", "build_tight"]
-
-ARMS = (SEVEN, SIX)  # first and second hand
-OBJECT = "object"  # in the log
+__all__ = ["build_tight"]
 
 # Attitude of each hand at the start: it looks at the other one.
 _HAND_ATTITUDES = {SEVEN: np.array([-90.0, 0.0, -90.0]), SIX: np.array([90.0, 0.0, -90.0])}
-
-
-@dataclass
-class AssumedGeometry:
-    """What the controller believes of the cell, where that is not what it is."""
-
-    prescribed: bool = (
-        False  # the mutual pose is what is assumed, not what is measured at the start
-    )
-    # Error of the assumed grasp: of the second hand's pose on the bar, in the axes of O.
-    grasp_offset: Array = field(default_factory=lambda: np.zeros(3))  # [m]
-    grasp_rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # about x, y, z of O
-    # Error of the assumed base of the second arm, in W.
-    base_offset: Array = field(default_factory=lambda: np.zeros(3))  # [m]
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        for name in ("grasp_offset", "grasp_rotation_deg", "base_offset"):
-            finite_vector(getattr(self, name), f"assumed.{name}", 3)
-
-
-@dataclass
-class TightScenario(RunSettings):
-    """Everything of a run with a bar in two hands; SI units, degrees where the name says so."""
-
-    segments: list[MotionSegment] = field(default_factory=list)  # of the object's desired motion
-    centre: Array = field(default_factory=lambda: np.array([0.0, 1.7, 0.95]))  # of the bar, in W
-    guesses: dict[str, list[float]] = field(default_factory=dict)  # near which to look, by arm
-    rod: float = 0.1  # between wrist sensor and grasp [m]
-    bar: BarConfig = field(default_factory=BarConfig)
-    grasp: GraspConfig = field(default_factory=GraspConfig)
-    carrier: str = SEVEN  # the hand that the bar is welded to; the other one has the grasp
-    wrench: str = "grasp-matrix"  # of the object; or printed, as (4.6)
-    internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
-    monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
-    opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
-    assumed: AssumedGeometry = field(default_factory=AssumedGeometry)
-    release: float | None = None  # when the grasp opens [s]
-    surface: SurfacePlacement | None = None
-    disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
-
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        self.validate_run()
-        self.validate_motion(self.segments)
-        finite_vector(self.centre, "centre", 3)
-        for arm in self.guesses:
-            choice(arm, "arm in guesses", ARMS)
-        positive(self.rod - TOOL.plate_thickness, "rod less its mounting plate", "m")
-        choice(self.carrier, "carrier", ARMS)
-        for part in (self.bar, self.grasp, self.assumed, self.surface):
-            if part is not None:
-                part.validate()
-        if self.release is not None:
-            positive(self.release, "release", "s")
-            if self.grasp.kind != "bushing":
-                raise ConfigurationError(
-                    f"release is {self.release:g} s, but grasp.kind is '{self.grasp.kind}'; only "
-                    f"a bushing can be opened."
-                )
-        positive(self.disk_resolution_hint, "disk_resolution_hint", "m")
-
-    @property
-    def compliant(self) -> str:
-        """Name under which what is compliant is logged."""
-        return OBJECT
-
-    def ends(self) -> dict[str, Array]:
-        """Returns where each arm's hand holds the bar at the start, in W (3) [m]."""
-        half = np.array([0.0, self.bar.length / 2, 0.0])
-        return {SEVEN: self.centre - half, SIX: self.centre + half}
-
-    def mutual_pose(self) -> MutualPose | None:
-        """Returns the mutual pose that the controller is told, None if it is to be measured."""
-        if not self.assumed.prescribed:
-            return None
-        R = euler.to_rotation(np.deg2rad(self.assumed.grasp_rotation_deg))
-        grasp = np.array([0.0, self.bar.length, 0.0]) + self.assumed.grasp_offset
-        return MutualPose(quaternion.from_rotation(R), grasp)
 
 
 @dataclass
@@ -178,7 +83,7 @@ def build_tight(
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    scenario.validate()
+    check(scenario)
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
     models = _add_models(plant, scenario)
@@ -267,6 +172,7 @@ def _take_hold(plant: MultibodyPlant, models: _Models, scenario: TightScenario) 
         instance = plant.GetModelInstanceByName(arm)
         model = ControlModel.of_arm(plant, instance, models.hands[arm], without=load)
         guess = np.array(scenario.guesses.get(arm, np.zeros(model.num_joints)))
+        finite_vector(guess, f"guesses.{arm}", model.num_joints)
         start = StartConfig(position=position, attitude_deg=np.zeros(3), guess=guess)
         posture, _ = start_posture(model, start)
         plant.SetDefaultPositions(instance, posture)
@@ -282,24 +188,11 @@ def _controller(
     if np.any(scenario.assumed.base_offset):
         plant = MultibodyPlant(scenario.plant.time_step)
         models = _add_models(plant, scenario, {SIX: scenario.assumed.base_offset})
-    config = CooperativeControllerConfig(
-        impedance=scenario.impedance,
-        motion=scenario.motion,
-        sampling=scenario.sampling,
-        redundancy_1=scenario.redundancy,
-        load=_load(models.bar),
-        wrench=scenario.wrench,
-        mutual_pose=scenario.mutual_pose(),
-        internal=scenario.internal,
-        monitor=scenario.monitor,
-        opened=scenario.opened,
-        form=scenario.form,
-    )
     return make_cooperative_controller(
         plant,
         [plant.GetModelInstanceByName(arm) for arm in ARMS],
         [models.hands[arm] for arm in ARMS],
-        config,
+        scenario.told(_load(models.bar)),
         loads=[models.bar.model_instance()],
         sensors=sensors,
     )

@@ -12,7 +12,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.typing import Array
 
-__all__ = ["find_start_posture", "limit_margin"]
+__all__ = ["find_start_posture", "inverse_kinematics", "limit_margin"]
 
 # A start must be well away from a singularity, not just short of one.
 _SMALLEST_SINGULAR_VALUE = 1e-2
@@ -59,6 +59,25 @@ def find_start_posture(
     return best
 
 
+def inverse_kinematics(model: ControlModel, X_WE: RigidTransform, guess: Array) -> Array | None:
+    """Returns the posture nearest to a guess that puts the end effector at a pose, or None.
+
+    Args:
+        model: the arm; the posture is within its joint limits.
+        X_WE: the pose.
+        guess: joint positions (n) in the control model's order [rad or m].
+    """
+    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
+    problem = InverseKinematics(plant, with_joint_limits=True)
+    p = X_WE.translation()
+    problem.AddPositionConstraint(E, np.zeros(3), W, p, p)
+    problem.AddOrientationConstraint(W, X_WE.rotation(), E, RotationMatrix(), 0.0)
+    problem.prog().AddQuadraticErrorCost(np.eye(model.num_joints), guess, problem.q())
+    problem.prog().SetInitialGuess(problem.q(), guess)
+    result = Solve(problem.prog())
+    return np.asarray(result.GetSolution(problem.q())) if result.is_success() else None
+
+
 def limit_margin(model: ControlModel, q: Array) -> float:
     """Returns how far a posture is from the joint limits: 1 amid all ranges, 0 at a limit.
 
@@ -97,7 +116,8 @@ def _distance(arm: ArmState, X_WE: RigidTransform) -> float:
 
 def _reaching(model: ControlModel, X_WE: RigidTransform, guesses: list[Array]) -> list[Array]:
     """Returns the postures that reach a pose, one for each guess that leads to one."""
-    found = [q for guess in guesses if (q := _inverse_kinematics(model, X_WE, guess)) is not None]
+    reached = [inverse_kinematics(model, X_WE, guess) for guess in guesses]
+    found = [q for q in reached if q is not None and limit_margin(model, q) > _LEAST_MARGIN]
     if not found:
         raise ConfigurationError(
             f"No posture within the joint limits puts the end effector at "
@@ -105,19 +125,3 @@ def _reaching(model: ControlModel, X_WE: RigidTransform, guesses: list[Array]) -
             f"{len(guesses)} guesses). Give a pose within reach."
         )
     return found
-
-
-def _inverse_kinematics(model: ControlModel, X_WE: RigidTransform, guess: Array) -> Array | None:
-    """Returns the posture near a guess that reaches a pose, or None."""
-    plant, E, W = model.plant, model.end_effector, model.plant.world_frame()
-    problem = InverseKinematics(plant, with_joint_limits=True)
-    p = X_WE.translation()
-    problem.AddPositionConstraint(E, np.zeros(3), W, p, p)
-    problem.AddOrientationConstraint(W, X_WE.rotation(), E, RotationMatrix(), 0.0)
-    problem.prog().AddQuadraticErrorCost(np.eye(model.num_joints), guess, problem.q())
-    problem.prog().SetInitialGuess(problem.q(), guess)
-    result = Solve(problem.prog())
-    if not result.is_success():
-        return None
-    q = np.asarray(result.GetSolution(problem.q()))
-    return q if limit_margin(model, q) > _LEAST_MARGIN else None

@@ -1,7 +1,7 @@
-"""Configurations as plain dataclasses: defaults that run, `validate()`, YAML through Drake.
+"""Configurations as plain dataclasses: defaults that run, YAML through Drake.
 
 They are not frozen and do not check themselves when made, because Drake's `yaml_load_typed`
-fills them field by field; whoever uses one calls `validate()` first.
+fills them field by field; whoever uses one calls `validation.check` first.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, positive, spd_matrix
+from geoimp_drake.validation import check, choice, finite_array, key, positive, spd_matrix
 
 __all__ = [
     "FORMS",
@@ -34,12 +34,48 @@ __all__ = [
     "TranslationGains",
 ]
 
-# How a controller is built: of the blocks, or as one system; the numbers are the same.
+
+# What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
 
 
+class _Gains:
+    """What the gains of translation and of rotation have in common."""
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    principal_axes: Array | None
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        self.matrices(name)
+
+    def matrices(self, name: str) -> tuple[Array, Array, Array]:
+        """Returns mass, damping and stiffness (3×3 each); errors as `validate`."""
+        mass, damping, stiffness = (
+            spd_matrix(getattr(self, gain), key(name, gain))
+            for gain in ("mass", "damping", "stiffness")
+        )
+        return mass, damping, self._along_axes(name, stiffness)
+
+    def _along_axes(self, name: str, stiffness: Array) -> Array:
+        if self.principal_axes is None:
+            return stiffness
+        where = key(name, "principal_axes")
+        if np.ndim(self.stiffness) > 1:
+            raise ConfigurationError(
+                f"{key(name, 'stiffness')} is a matrix of shape {np.shape(self.stiffness)}; with "
+                f"{where} give the three stiffnesses along them."
+            )
+        try:
+            return stiffness_from_principal_axes(self.principal_axes, np.diag(stiffness))
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{where}: {error}") from error
+
+
 @dataclass
-class TranslationGains:
+class TranslationGains(_Gains):
     """Gains of (3.1), in W: one number for k I, three for the diagonal, or a 3×3 matrix."""
 
     mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
@@ -49,7 +85,7 @@ class TranslationGains:
 
 
 @dataclass
-class RotationGains:
+class RotationGains(_Gains):
     """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
 
     mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
@@ -68,27 +104,17 @@ class ImpedanceConfig:
     axes: str = "both"  # or translation, rotation, none: what is left out of C equals D
     coupling: Array | None = None  # K_c (3×3) between rotation and translation, in D [N]
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        choice(self.orientation, "orientation", FAMILIES)
-        choice(self.axes, "impedance axes", AXES)
-        for part in ("translation", "rotation"):
-            self.gains(part)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.orientation, key(name, "orientation"), FAMILIES)
+        choice(self.axes, key(name, "axes"), AXES)
+        if self.coupling is not None:
+            finite_array(self.coupling, key(name, "coupling"), (3, 3))
 
     def gains(self, part: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
-        gains: TranslationGains | RotationGains = getattr(self, part)
-        where = f"impedance.{part}"
-        stiffness = spd_matrix(gains.stiffness, f"{where}.stiffness")
-        if gains.principal_axes is not None:
-            if np.ndim(gains.stiffness) > 1:
-                raise ConfigurationError(
-                    f"{where}.stiffness is a matrix of shape {np.shape(gains.stiffness)}; with "
-                    f"{where}.principal_axes give the three stiffnesses along them."
-                )
-            stiffness = stiffness_from_principal_axes(gains.principal_axes, np.diag(stiffness))
-        mass = spd_matrix(gains.mass, f"{where}.mass")
-        return mass, spd_matrix(gains.damping, f"{where}.damping"), stiffness
+        gains: _Gains = getattr(self, part)
+        return gains.matrices(f"impedance.{part}")
 
     def make_rotation(self) -> OrientationImpedance:
         """Returns the orientation family with its gains."""
@@ -96,7 +122,7 @@ class ImpedanceConfig:
 
     def make(self) -> Impedance:
         """Returns the part."""
-        self.validate()
+        check(self, "impedance")
         rotation = self.make_rotation()
         return Impedance(*self.gains("translation"), rotation, self.axes, K_c=self.coupling)
 
@@ -111,15 +137,15 @@ class MotionConfig:
     K_Do: float = 65.0  # [1/s]
     orientation: str = "quaternion"  # orientation law
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        for name in ("K_Pp", "K_Dp", "K_Po", "K_Do"):
-            positive(getattr(self, name), f"motion.{name}")
-        choice(self.orientation, "motion.orientation", ORIENTATION_LAWS)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for gain in ("K_Pp", "K_Dp", "K_Po", "K_Do"):
+            positive(getattr(self, gain), key(name, gain))
+        choice(self.orientation, key(name, "orientation"), ORIENTATION_LAWS)
 
     def make(self) -> MotionControl:
         """Returns the part."""
-        self.validate()
+        check(self, "motion")
         return MotionControl(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
 
 
@@ -130,14 +156,14 @@ class SamplingConfig:
     period: float = 1e-3  # [s]
     velocity: str = "measured"  # or differenced, as with resolvers
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        positive(self.period, "sampling.period", "s")
-        choice(self.velocity, "sampling.velocity", ("measured", "differenced"))
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.period, key(name, "period"), "s")
+        choice(self.velocity, key(name, "velocity"), ("measured", "differenced"))
 
     def make(self, num_joints: int) -> Readings:
         """Returns the part."""
-        self.validate()
+        check(self, "sampling")
         return Readings(num_joints, self.period, self.velocity)
 
 
@@ -152,25 +178,21 @@ class RedundancyConfig:
     weight_matrix: Array | None = None  # W (n×n) or its diagonal, for matrix
     damping: SingularityDamping = field(default_factory=SingularityDamping)
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used.
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
         What depends on the arm (sizes, names, limits) is checked by `make`.
         """
-        _any_spd_matrix(self.K_n, "redundancy.K_n")
-        if not np.isfinite(self.k_beta):
-            raise ConfigurationError(f"redundancy.k_beta is {self.k_beta}; it must be finite.")
-        if self.task is not None:
-            self.task.validate("redundancy.task")
-        choice(self.weight, "redundancy.weight", ("inertia", "identity", "matrix"))
+        _any_spd_matrix(self.K_n, key(name, "K_n"))
+        choice(self.weight, key(name, "weight"), ("inertia", "identity", "matrix"))
+        matrix = key(name, "weight_matrix")
         if (self.weight == "matrix") != (self.weight_matrix is not None):
             raise ConfigurationError(
-                f"redundancy.weight is '{self.weight}' but redundancy.weight_matrix is "
+                f"{key(name, 'weight')} is '{self.weight}' but {matrix} is "
                 f"{'not ' if self.weight_matrix is None else ''}given; they go together."
             )
         if self.weight_matrix is not None:
-            _any_spd_matrix(self.weight_matrix, "redundancy.weight_matrix")
-        self.damping.validate("redundancy.damping")
+            _any_spd_matrix(self.weight_matrix, matrix)
 
     def make(self, model: ControlModel, task: TaskFunction | None = None) -> NullSpace:
         """Returns the part for an arm.
@@ -182,7 +204,7 @@ class RedundancyConfig:
         Raises:
             ConfigurationError: a size, name or number does not fit the arm.
         """
-        self.validate()
+        check(self, "redundancy")
         n = model.num_joints
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
@@ -204,12 +226,8 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    form: str = "blocks"  # or compiled: one system
+    form: str = "blocks"  # or compiled: one system, which is faster
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        self.impedance.validate()
-        self.motion.validate()
-        self.sampling.validate()
-        self.redundancy.validate()
-        choice(self.form, "form", FORMS)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.form, key(name, "form"), FORMS)

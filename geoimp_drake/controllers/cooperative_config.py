@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from geoimp_drake.controllers.config import (
+    FORMS,
     ImpedanceConfig,
     MotionConfig,
     RedundancyConfig,
@@ -13,7 +14,7 @@ from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
 from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
 from geoimp_drake.parts.object_load import OBJECT_WRENCHES, ObjectLoad
 from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
-from geoimp_drake.validation import choice
+from geoimp_drake.validation import choice, key
 
 __all__ = ["CooperativeControllerConfig"]
 
@@ -27,25 +28,18 @@ class CooperativeControllerConfig:
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy_1: RedundancyConfig = field(default_factory=RedundancyConfig)
     redundancy_2: RedundancyConfig = field(default_factory=RedundancyConfig)
-    load: ObjectLoad = field(default_factory=ObjectLoad)
+    load: ObjectLoad | None = None  # the object's weight and inertia; by default it has none
     wrench: str = "grasp-matrix"  # of the object; or printed, as (4.6)
     mutual_pose: MutualPose | None = None  # of the grasp; by default that at the start
     internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
     monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
     opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
-    form: str = "blocks"  # or compiled: one system
+    form: str = "blocks"  # or compiled: one system, which is faster
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        self.impedance.validate()
-        self.motion.validate()
-        self.sampling.validate()
-        self.redundancy_1.validate()
-        self.redundancy_2.validate()
-        self.load.validate("load")
-        choice(self.wrench, "wrench", OBJECT_WRENCHES)
-        if self.mutual_pose is not None:
-            self.mutual_pose.validate("mutual_pose")
-        self.internal.validate("internal", self.sampling.period)
-        self.monitor.validate("monitor")
-        self.opened.validate("opened")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.wrench, key(name, "wrench"), OBJECT_WRENCHES)
+        choice(self.form, key(name, "form"), FORMS)
+        self.internal.check_period(key(name, "internal"), self.sampling.period)
+        if self.monitor.enabled:
+            self.monitor.check_period(key(name, "monitor"), self.sampling.period)

@@ -17,6 +17,7 @@ from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.validation import check
 
 __all__ = ["make_cooperative_controller"]
 
@@ -110,7 +111,7 @@ def make_cooperative_controller(
         ConfigurationError: the configuration cannot be used, or there are not two sensors.
     """
     config = config or CooperativeControllerConfig()
-    config.validate()
+    check(config)
     if sensors and len(sensors) != 2:
         raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
     if len(task_functions) != 2:

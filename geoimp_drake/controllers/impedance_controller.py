@@ -14,6 +14,7 @@ from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.validation import check
 
 __all__ = ["make_impedance_controller"]
 
@@ -85,7 +86,7 @@ def make_impedance_controller(
         ConfigurationError: the configuration cannot be used.
     """
     config = config or ImpedanceControllerConfig()
-    config.validate()
+    check(config)
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
     impedance = config.impedance.make()
     arm = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy, task_function)

@@ -27,7 +27,7 @@ from geoimp_drake.motion_program.program import (
 from geoimp_drake.motion_program.speed_profile import trapezoidal_profile
 from geoimp_drake.motion_program.straight_line import pose_distance, straight_path
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector, positive
+from geoimp_drake.validation import check, finite_vector, key, positive
 
 __all__ = ["MotionPlan", "PlanConfig", "ProgramSegment", "plan"]
 
@@ -50,31 +50,31 @@ class PlanConfig:
     joint_accelerations: Array | None = None  # of joint moves; `joint_speeds` in 0.5 s by default
     joint_weights: Array | None = None  # see `plan`; 1 by default
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used.
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
         How many numbers a joint's field needs depends on the arm and is checked by `plan`.
         """
-        for name in (
+        for part in (
             "linear_speed",
             "linear_acceleration",
             "rotational_speed",
             "rotational_acceleration",
         ):
-            positive(getattr(self, name), f"program.{name}")
+            positive(getattr(self, part), key(name, part))
         if not 0 < self.joint_move_speed <= 1:
             raise ConfigurationError(
-                f"program.joint_move_speed is {self.joint_move_speed:g}; it is a part of the "
-                f"greatest speeds, above 0 and up to 1."
+                f"{key(name, 'joint_move_speed')} is {self.joint_move_speed:g}; it is a part of "
+                f"the greatest speeds, above 0 and up to 1."
             )
-        for name in ("joint_speeds", "joint_accelerations", "joint_weights"):
-            if (value := getattr(self, name)) is not None:
-                _positive_vector(value, name, np.size(value))
+        for part in ("joint_speeds", "joint_accelerations", "joint_weights"):
+            if (value := getattr(self, part)) is not None:
+                _positive_vector(value, key(name, part), np.size(value))
 
     def vector(self, name: str, size: int, default: Array) -> Array:
         """Returns a joint's field with one number a joint, or the default where none is given."""
         value = getattr(self, name)
-        return default if value is None else _positive_vector(value, name, size)
+        return default if value is None else _positive_vector(value, f"speeds.{name}", size)
 
 
 class ProgramSegment(NamedTuple):
@@ -138,7 +138,7 @@ def plan(
         SingularityError: a straight line leads through a singularity.
     """
     config = config or PlanConfig()
-    config.validate()
+    check(config, "speeds")
     program.validate()
     if not np.isfinite(start_time):
         raise ConfigurationError(f"start_time is {start_time} s; it must be finite.")
@@ -276,7 +276,7 @@ def _check_bounded(speeds: Array, joint_names: tuple[str, ...]) -> None:
 
 
 def _positive_vector(value: Array, name: str, size: int) -> Array:
-    vector = finite_vector(value, f"program.{name}", size)
+    vector = finite_vector(value, name, size)
     if not (vector > 0).all():
-        raise ConfigurationError(f"program.{name} is {vector.tolist()}; all must be positive.")
+        raise ConfigurationError(f"{name} is {vector.tolist()}; all must be positive.")
     return vector

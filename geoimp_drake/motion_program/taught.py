@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import check, finite_vector, key
 
 __all__ = ["TaughtVariable", "taught_values"]
 
@@ -23,18 +23,19 @@ class TaughtVariable:
     position: Array | None = None  # of the tool frame's origin, in W [m]
     attitude_deg: Array = field(default_factory=lambda: np.zeros(3))  # XYZ Euler angles
 
-    def validate(self, where: str = "taught") -> None:
-        """Raises ConfigurationError if a field cannot be used; `where` is put before it."""
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         if (self.joints is None) == (self.position is None):
             given = "both" if self.joints is not None else "none"
             raise ConfigurationError(
-                f"{where}.{self.name} has {given} of joints and position; give one of them."
+                f"{name or 'variable'} '{self.name}' has {given} of joints and position; give one "
+                f"of them."
             )
         if self.joints is not None:
-            finite_vector(self.joints, f"{where}.{self.name}.joints", np.size(self.joints))
+            finite_vector(self.joints, key(name, "joints"), np.size(self.joints))
         if self.position is not None:
-            finite_vector(self.position, f"{where}.{self.name}.position", 3)
-        finite_vector(self.attitude_deg, f"{where}.{self.name}.attitude_deg", 3)
+            finite_vector(self.position, key(name, "position"), 3)
+        finite_vector(self.attitude_deg, key(name, "attitude_deg"), 3)
 
     def value(self) -> Array | RigidTransform:
         """Returns the joint positions, or the pose X_WT."""
@@ -44,16 +45,22 @@ class TaughtVariable:
         return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R_WT), self.position)
 
 
-def taught_values(variables: Iterable[TaughtVariable]) -> dict[str, Array | RigidTransform]:
+def taught_values(
+    variables: Iterable[TaughtVariable], name: str = "taught"
+) -> dict[str, Array | RigidTransform]:
     """Returns the values of taught variables by name.
+
+    Args:
+        variables: that were taught.
+        name: of their list, for errors.
 
     Raises:
         ConfigurationError: a variable cannot be used, or a name is taught twice.
     """
     values: dict[str, Array | RigidTransform] = {}
-    for variable in variables:
-        variable.validate()
+    for index, variable in enumerate(variables):
+        check(variable, f"{name}.{index}")
         if variable.name in values:
-            raise ConfigurationError(f"'{variable.name}' is taught twice; leave one out.")
+            raise ConfigurationError(f"'{variable.name}' is taught twice in {name}; leave one out.")
         values[variable.name] = variable.value()
     return values

@@ -19,7 +19,7 @@ from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_frame_motion, is_set
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import check, finite_vector, key
 
 __all__ = ["GraspPose", "HandReferences", "MutualPose"]
 
@@ -31,11 +31,11 @@ class MutualPose:
     quaternion: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))  # ¹Q_21
     position: Array = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))  # ᵒΔp_21 [m]
 
-    def validate(self, name: str = "mutual_pose") -> None:
+    def validate(self, name: str) -> None:
         """Raises ConfigurationError or SignalError if a field cannot be used."""
-        finite_vector(self.position, f"{name}.position", 3)
+        finite_vector(self.position, key(name, "position"), 3)
         quaternion.check_unit(
-            finite_vector(self.quaternion, f"{name}.quaternion", 4), f"{name}.quaternion"
+            finite_vector(self.quaternion, key(name, "quaternion"), 4), key(name, "quaternion")
         )
 
     def pose(self) -> Array:
@@ -54,7 +54,7 @@ class GraspPose:
 
     def __init__(self, prescribed: MutualPose | None = None):
         if prescribed is not None:
-            prescribed.validate()
+            check(prescribed, "mutual_pose")
         self._prescribed = None if prescribed is None else prescribed.pose()
         # Zero, quaternion included: no pose has been taken yet.
         self.memory = Memory(pose=np.zeros(POSE_SIZE))

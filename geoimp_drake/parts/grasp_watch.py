@@ -11,7 +11,7 @@ from geoimp_drake.laws.cooperation.grasp_watch import watch_grasps
 from geoimp_drake.parts.part import Memory, Now, held
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import positive
+from geoimp_drake.validation import check, key, positive
 
 __all__ = ["GRASP_CLOSED", "GraspMonitorConfig", "GraspWatch"]
 
@@ -34,18 +34,28 @@ class GraspMonitorConfig:
     fall_time: float = 0.005  # longest time from holding something to holding nothing [s]
     dwell: float = 0.010  # how long it has to hold nothing then [s]
 
-    def validate(self, name: str = "monitor") -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        positive(self.force_threshold, f"{name}.force_threshold", "N")
-        positive(self.moment_threshold, f"{name}.moment_threshold", "Nm")
-        positive(self.loaded - 1.0, f"{name}.loaded minus one")
-        positive(self.fall_time, f"{name}.fall_time", "s")
-        positive(self.dwell, f"{name}.dwell", "s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.force_threshold, key(name, "force_threshold"), "N")
+        positive(self.moment_threshold, key(name, "moment_threshold"), "Nm")
+        positive(self.loaded - 1.0, f"{key(name, 'loaded')} minus one")
+        positive(self.fall_time, key(name, "fall_time"), "s")
+        positive(self.dwell, key(name, "dwell"), "s")
         if (self.loaded - 1.0) * self.dwell <= 2.0 * self.fall_time:
             raise ConfigurationError(
-                f"{name}: ({self.loaded:g} − 1) × dwell {self.dwell:g} s is not above 2 × "
-                f"fall_time {self.fall_time:g} s, so a force that passes through zero evenly could "
-                f"be taken for an opened grasp. Raise loaded or dwell, or lower fall_time."
+                f"{key(name, 'loaded')} less one, {self.loaded - 1.0:g}, times "
+                f"{key(name, 'dwell')}, {self.dwell:g} s, is not above twice "
+                f"{key(name, 'fall_time')}, {self.fall_time:g} s, so a force that passes "
+                f"through zero evenly could be taken for an opened grasp. Raise "
+                f"loaded or dwell, or lower fall_time."
+            )
+
+    def check_period(self, name: str, period: float) -> None:
+        """Raises ConfigurationError if a fall cannot be seen with a sampling period [s]."""
+        if self.fall_time < period:
+            raise ConfigurationError(
+                f"{key(name, 'fall_time')} is {self.fall_time:g} s, less than the sampling period "
+                f"of {period:g} s: no fall is that fast. Give several periods."
             )
 
     def arrays(self) -> tuple[Array, Array]:
@@ -59,13 +69,9 @@ class GraspWatch:
 
     def __init__(self, config: GraspMonitorConfig | None = None, period: float = 1e-3):
         self._config = config = config or GraspMonitorConfig()
-        config.validate()
+        check(config, "monitor")
         positive(period, "sampling.period", "s")
-        if config.fall_time < period:
-            raise ConfigurationError(
-                f"monitor.fall_time is {config.fall_time:g} s, less than the sampling period "
-                f"of {period:g} s: no fall is that fast. Give several periods."
-            )
+        config.check_period("monitor", period)
         self._period, self._law = period, compiled(watch_grasps)
         self._thresholds, self._limits = config.arrays()
         self.inputs = {"wrench_1": 6, "wrench_2": 6}

@@ -8,7 +8,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.impedance.families import QuaternionImpedance
 from geoimp_drake.parts.impedance import AXES, Impedance
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, positive, spd_matrix
+from geoimp_drake.validation import check, choice, key, spd_matrix
 
 __all__ = ["InternalGains", "InternalImpedanceConfig"]
 
@@ -32,20 +32,25 @@ class InternalGains:
             ConfigurationError: one of them is not symmetric positive definite.
         """
         mass, damping, stiffness = (
-            spd_matrix(getattr(self, key), f"{name}.{key}")
-            for key in ("mass", "damping", "stiffness")
+            spd_matrix(getattr(self, gain), key(name, gain))
+            for gain in ("mass", "damping", "stiffness")
         )
         return mass, damping, stiffness
 
-    def validate(self, name: str, period: float) -> None:
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a gain cannot be used; `name` is put before it."""
+        self.matrices(name)
+
+    def check_period(self, name: str, period: float) -> None:
         """Raises ConfigurationError if the gains cannot be used with a sampling period [s]."""
         mass, damping, _ = self.matrices(name)
         decay = period * float(np.max(np.linalg.eigvals(np.linalg.solve(mass, damping)).real))
         if decay >= _LARGEST_DECAY_PER_STEP:
             raise ConfigurationError(
-                f"{name}.damping times the period of {period:g} s over {name}.mass is {decay:.3g}; "
-                f"it must stay below {_LARGEST_DECAY_PER_STEP}, since at 2 the motion diverges. "
-                f"Lower the damping, raise the mass or shorten the period."
+                f"{key(name, 'damping')} times the period of {period:g} s over "
+                f"{key(name, 'mass')} is {decay:.3g}; it must stay below "
+                f"{_LARGEST_DECAY_PER_STEP}, since at 2 the motion diverges. Lower the damping, "
+                f"raise the mass or shorten the period."
             )
 
 
@@ -62,15 +67,18 @@ class InternalImpedanceConfig:
     )
     axes: str = "both"  # or translation, rotation: the other part of the mutual pose is constant
 
-    def validate(self, name: str = "internal", period: float = 1e-3) -> None:
-        """Raises ConfigurationError if a field cannot be used with a sampling period [s]."""
-        choice(self.axes, f"{name}.axes", AXES)
-        positive(period, "sampling.period", "s")
-        self.translation.validate(f"{name}.translation", period)
-        self.rotation.validate(f"{name}.rotation", period)
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.axes, key(name, "axes"), AXES)
+
+    def check_period(self, name: str, period: float) -> None:
+        """Raises ConfigurationError if the gains cannot be used with a sampling period [s]."""
+        for part in ("translation", "rotation"):
+            getattr(self, part).check_period(key(name, part), period)
 
     def make(self, name: str = "internal", period: float = 1e-3) -> Impedance:
         """Returns the part."""
-        self.validate(name, period)
+        check(self, name)
+        self.check_period(name, period)
         rotation = QuaternionImpedance(*self.rotation.matrices(f"{name}.rotation"))
         return Impedance(*self.translation.matrices(f"{name}.translation"), rotation, self.axes)

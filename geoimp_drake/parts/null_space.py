@@ -11,7 +11,7 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import spd_matrix
+from geoimp_drake.validation import check, spd_matrix
 
 __all__ = ["NullSpace"]
 
@@ -49,7 +49,7 @@ class NullSpace:
         if not np.isfinite(k_beta):
             raise ConfigurationError(f"k_beta is {k_beta}; it must be finite.")
         damping = damping or SingularityDamping()
-        damping.validate()
+        check(damping, "damping")
         self._model, self._task = model, task or NoTask()
         self._is_idle = isinstance(self._task, NoTask)
         self._none = np.zeros(n)

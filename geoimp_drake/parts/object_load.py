@@ -6,7 +6,15 @@ import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_array, finite_vector, non_negative
+from geoimp_drake.validation import (
+    check,
+    choice,
+    finite_array,
+    finite_vector,
+    key,
+    non_negative,
+    symmetric,
+)
 
 __all__ = ["OBJECT_WRENCHES", "LoadArguments", "ObjectLoad"]
 
@@ -26,17 +34,18 @@ class ObjectLoad:
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about G, in O [kg m²]
     inertial_load: str = "compliant"  # that of C's motion is removed, too; or none: weight alone
 
-    def validate(self, name: str = "object") -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        non_negative(self.mass, f"{name}.mass", "kg")
-        finite_vector(self.centre_of_mass, f"{name}.centre_of_mass", 3)
-        inertia = finite_array(self.inertia, f"{name}.inertia", (3, 3))
-        choice(self.inertial_load, f"{name}.inertial_load", ("compliant", "none"))
-        smallest = float(np.linalg.eigvalsh(0.5 * (inertia + inertia.T))[0])
-        if smallest < -1e-9 or np.abs(inertia - inertia.T).max() > 1e-9:
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.mass, key(name, "mass"), "kg")
+        finite_vector(self.centre_of_mass, key(name, "centre_of_mass"), 3)
+        where = key(name, "inertia")
+        inertia = symmetric(finite_array(self.inertia, where, (3, 3)), where)
+        choice(self.inertial_load, key(name, "inertial_load"), ("compliant", "none"))
+        smallest = float(np.linalg.eigvalsh(inertia)[0])
+        if smallest < -1e-9:
             raise ConfigurationError(
-                f"{name}.inertia is not that of a body: it must be symmetric without negative "
-                f"eigenvalues; the smallest is {smallest:.4g} kg m²."
+                f"{where} is not that of a body: it must be without negative eigenvalues; the "
+                f"smallest is {smallest:.4g} kg m²."
             )
 
 
@@ -63,7 +72,7 @@ class LoadArguments:
         wrench: str = "grasp-matrix",
     ):
         load = load or ObjectLoad()
-        load.validate()
+        check(load, "load")
         choice(wrench, "object wrench", OBJECT_WRENCHES)
         earth = np.array([0.0, 0.0, -9.81])
         self.arguments = (

@@ -19,7 +19,7 @@ from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_frame_motion
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, non_negative, positive
+from geoimp_drake.validation import check, choice, key, non_negative, positive
 
 __all__ = ["AFTER_HOLD", "Hold", "ReferenceHoldConfig"]
 
@@ -36,13 +36,13 @@ class ReferenceHoldConfig:
     retreat_distance: float = 0.05  # of an opened hand, away from the other [m]
     retreat_duration: float = 2.0  # [s]
 
-    def validate(self, name: str = "opened") -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        choice(self.after, f"{name}.after", AFTER_HOLD)
-        positive(self.stop_time, f"{name}.stop_time", "s")
-        non_negative(self.delay, f"{name}.delay", "s")
-        positive(self.retreat_distance, f"{name}.retreat_distance", "m")
-        positive(self.retreat_duration, f"{name}.retreat_duration", "s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.after, key(name, "after"), AFTER_HOLD)
+        positive(self.stop_time, key(name, "stop_time"), "s")
+        non_negative(self.delay, key(name, "delay"), "s")
+        positive(self.retreat_distance, key(name, "retreat_distance"), "m")
+        positive(self.retreat_duration, key(name, "retreat_duration"), "s")
 
 
 class Hold:
@@ -50,7 +50,7 @@ class Hold:
 
     def __init__(self, config: ReferenceHoldConfig | None = None, period: float = 1e-3):
         self._config = config or ReferenceHoldConfig()
-        self._config.validate()
+        check(self._config, "opened")
         positive(period, "sampling.period", "s")
         names = "reference_motion_1", "reference_motion_2"
         self.inputs = {**dict.fromkeys(names, FRAME_MOTION_SIZE), "opened": 3}

@@ -8,7 +8,15 @@ from pydrake.multibody.tree import BodyIndex
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, non_negative, positive
+from geoimp_drake.validation import (
+    UNBOUNDED,
+    choice,
+    finite_array,
+    finite_vector,
+    key,
+    non_negative,
+    positive,
+)
 
 __all__ = ["SensorMounting", "ToolLoad", "WristSensor", "WristSensorConfig"]
 
@@ -18,8 +26,9 @@ class WristSensorConfig:
     """Sampling, errors and range of a wrist sensor; the default is ideal, read every 1 ms."""
 
     period: float = 1e-3  # [s]
-    force_range: float = np.inf  # beyond it the reading is clipped, and reported [N]
-    moment_range: float = np.inf  # [Nm]
+    # Beyond these the reading is clipped, and reported.
+    force_range: float = field(default=np.inf, metadata=UNBOUNDED)  # [N]
+    moment_range: float = field(default=np.inf, metadata=UNBOUNDED)  # [Nm]
     force_resolution: float = 0.0  # quantisation step, zero for none [N]
     moment_resolution: float = 0.0  # [Nm]
     force_noise: float = 0.0  # standard deviation of a sample [N]
@@ -29,26 +38,26 @@ class WristSensorConfig:
     inertial_load: str = "none"  # of the tool, removed by: none, plant, reference
     seed: int = 0  # of the noise
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        positive(self.period, "sensor.period", "s")
-        for key in ("force_range", "moment_range"):
-            if not getattr(self, key) > 0:
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.period, key(name, "period"), "s")
+        for part in ("force_range", "moment_range"):
+            if not getattr(self, part) > 0:
                 raise ConfigurationError(
-                    f"sensor.{key} is {getattr(self, key):g}; it must be positive (.inf for none)."
+                    f"{key(name, part)} is {getattr(self, part):g}; it must be positive (.inf for "
+                    f"none)."
                 )
-        for key in (
+        for part in (
             "force_resolution",
             "moment_resolution",
             "force_noise",
             "moment_noise",
             "filter_cutoff",
+            "seed",
         ):
-            non_negative(getattr(self, key), f"sensor.{key}")
-        finite_vector(self.bias, "sensor.bias", 6)
-        choice(self.inertial_load, "sensor.inertial_load", ("none", "plant", "reference"))
-        if self.seed < 0:
-            raise ConfigurationError(f"sensor.seed is {self.seed}; it must not be negative.")
+            non_negative(getattr(self, part), key(name, part))
+        finite_vector(self.bias, key(name, "bias"), 6)
+        choice(self.inertial_load, key(name, "inertial_load"), ("none", "plant", "reference"))
 
 
 @dataclass
@@ -59,13 +68,11 @@ class ToolLoad:
     centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # p_SC in S [m]
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about C, in S [kg m²]
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        non_negative(self.mass, "tool.mass", "kg")
-        finite_vector(self.centre_of_mass, "tool.centre_of_mass", 3)
-        inertia = np.asarray(self.inertia, dtype=float)
-        if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
-            raise ConfigurationError(f"tool.inertia is {inertia.tolist()}; give a 3×3 matrix.")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.mass, key(name, "mass"), "kg")
+        finite_vector(self.centre_of_mass, key(name, "centre_of_mass"), 3)
+        finite_array(self.inertia, key(name, "inertia"), (3, 3))
 
 
 @dataclass(frozen=True)

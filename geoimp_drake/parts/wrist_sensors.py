@@ -27,7 +27,7 @@ from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector
+from geoimp_drake.validation import check, finite_vector
 
 __all__ = ["PLANT_LISTS", "WristSensors"]
 
@@ -197,8 +197,8 @@ class _Sensor:
     """
 
     def __init__(self, sensor: WristSensor, suffix: str):
-        sensor.config.validate()
-        sensor.tool.validate()
+        check(sensor.config, "sensor")
+        check(sensor.tool, "tool")
         mounting, tool, config = sensor.mounting, sensor.tool, sensor.config
         self.suffix, self.seed = suffix, config.seed
         self._mounting, self._name = mounting, sensor.name

@@ -12,7 +12,7 @@ from geoimp_drake.robot_files.geometry import GEOMETRY
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector
+from geoimp_drake.validation import check, choice, finite_vector, key
 
 __all__ = ["RobotConfig"]
 
@@ -33,20 +33,20 @@ class RobotConfig:
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
 
-    def validate(self, name: str = "robot") -> None:
-        """Raises ConfigurationError if a field cannot be used.
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
         What is in the file is checked by `load`.
-
-        Args:
-            name: of this part of the scenario, for the error.
         """
-        for key, what in (("file", "a URDF, SDF or MJCF file"), ("end_effector", "a link's name")):
-            if not getattr(self, key):
-                raise ConfigurationError(f"{name}.{key} is empty; give {what}.")
-        choice(self.geometry, f"{name}.geometry", GEOMETRY)
-        for key in _POSES:
-            finite_vector(getattr(self, key), f"{name}.{key}", 3)
+        for part, what in (
+            ("file", "a URDF, SDF or MJCF file"),
+            ("end_effector", "a link's name"),
+        ):
+            if not getattr(self, part):
+                raise ConfigurationError(f"{key(name, part)} is empty; give {what}.")
+        choice(self.geometry, key(name, "geometry"), GEOMETRY)
+        for part in _POSES:
+            finite_vector(getattr(self, part), key(name, part), 3)
 
     def load(
         self, plant: MultibodyPlant, name: str = "robot", folder: Path | None = None
@@ -62,7 +62,7 @@ class RobotConfig:
             ConfigurationError: as `validate` and `load_robot`.
             ModelError: as `load_robot`.
         """
-        self.validate()
+        check(self, "robot")
         start = folder or Path()
         return load_robot(
             start / Path(self.file).expanduser(),

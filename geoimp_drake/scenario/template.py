@@ -14,7 +14,8 @@ from typing import Any
 import yaml
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.scenario.loading import field_types, plain_data, without_optional
+from geoimp_drake.scenario.loading import plain_data
+from geoimp_drake.validation import field_types, without_optional
 
 __all__ = ["commented_yaml", "write_template"]
 

@@ -14,7 +14,7 @@ from geoimp_drake.task_functions.plane_distance import PlaneDistance
 from geoimp_drake.task_functions.task_function import NoTask, TaskFunction
 from geoimp_drake.task_functions.weighted_sum import WeightedSum
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice
+from geoimp_drake.validation import choice, key
 
 __all__ = ["KINDS", "TaskConfig", "TermConfig"]
 
@@ -43,9 +43,7 @@ class TermConfig:
 
         What depends on the arm (names, limits) is checked by `make`.
         """
-        choice(self.kind, f"{name}.kind", MAKERS)
-        if not np.isfinite(self.weight):
-            raise ConfigurationError(f"{name}.weight is {self.weight}; it must be finite.")
+        choice(self.kind, key(name, "kind"), MAKERS)
 
     def make(self, model: ControlModel) -> TaskFunction:
         """Returns the task function without its weight.
@@ -64,13 +62,9 @@ class TaskConfig(TermConfig):
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        choice(self.kind, f"{name}.kind", KINDS)
-        if self.kind != "weighted-sum":
-            super().validate(name)
-        elif not self.terms:
-            raise ConfigurationError(f"{name}.terms is empty; a weighted sum needs terms.")
-        for k, term in enumerate(self.terms):
-            term.validate(f"{name}.terms.{k}")
+        choice(self.kind, key(name, "kind"), KINDS)
+        if self.kind == "weighted-sum" and not self.terms:
+            raise ConfigurationError(f"{key(name, 'terms')} is empty; a weighted sum needs terms.")
 
     def make(self, model: ControlModel) -> TaskFunction:
         """Returns the task function, weights included.

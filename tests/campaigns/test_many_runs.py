@@ -3,6 +3,7 @@
 import collections
 import concurrent.futures
 import json
+import os
 import sys
 
 import dask
@@ -104,11 +105,39 @@ def test_one_scheduler_keeps_equal_keys_of_different_runs_apart(tmp_path, schedu
     assert other == [number**2 for number in range(50, 80)]
 
 
+@pytest.fixture
+def no_own_allocator(monkeypatch):
+    monkeypatch.delenv("GLIBC_TUNABLES", raising=False)
+
+
+@pytest.mark.usefixtures("no_own_allocator")
 def test_own_processes_have_one_thread_are_silent_and_leave_interrupts_to_the_first(journal, capfd):
     done = [finished.result for finished in run(many_tasks.surroundings, range(8), journal, None)]
     assert len({result.pop("pid") for result in done}) == 2
-    assert done == [{"threads": ["1"] * 3, "profiled": False, "interruptible": False}] * 8
+    expected = {
+        "threads": ["1"] * 3,
+        "allocator": "glibc.malloc.tcache_count=1000:glibc.malloc.hugetlb=1",
+        "profiled": False,
+        "interruptible": False,
+    }
+    assert done == [expected] * 8
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("no_own_allocator")
+def test_what_own_processes_are_set_to_stays_with_them(journal):
+    before = dict(os.environ)
+    assert run(many_tasks.surroundings, range(1), journal, None)[0].result["allocator"]
+    assert dict(os.environ) == before
+
+
+def test_what_the_user_has_set_holds_in_own_processes(journal, monkeypatch):
+    monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.tcache_count=20")
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    (done,) = run(many_tasks.surroundings, range(1), journal, None)
+    assert done.result["allocator"] == "glibc.malloc.tcache_count=20"
+    assert done.result["threads"] == ["2", "1", "1"]
+    assert os.environ["GLIBC_TUNABLES"] == "glibc.malloc.tcache_count=20"
 
 
 def test_a_scheduler_that_does_not_answer_is_refused_and_nothing_is_written(journal, monkeypatch):

@@ -192,7 +192,7 @@ def test_a_sample_that_fails_is_a_row_with_its_error(cluster, out, tmp_path, cap
     assert 0 < sum(negative) < len(rows)
     assert [bool(row["error"]) for row in rows] == negative
     failed = rows[negative.index(True)]
-    assert failed["error"].startswith("ConfigurationError: surface.friction is -")
+    assert failed["error"].startswith("ConfigurationError: surface.properties.friction is -")
     assert (failed["success"], failed["peak_force"]) == ("False", "")
     assert f"{sum(negative)} with an error" in capsys.readouterr().out
 

@@ -18,6 +18,7 @@ from geoimp_drake.controllers.config import (
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.validation import (
+    check,
     choice,
     finite_vector,
     non_negative,
@@ -43,7 +44,7 @@ BAD_GAINS = [
     (LOPSIDED, "not symmetric: an entry differs from its mirror image by 0.5"),
     (INDEFINITE, "eigenvalue is -1"),
     (np.diag([1.0, 0.0, 1.0]), "eigenvalue is 0"),
-    ([[1.0, 2.0], [3.0]], "3×3"),
+    ([[1.0, 2.0], [3.0]], "lists of equal length"),
     ("stiff", "stiff"),
 ]
 GAINS = [
@@ -57,7 +58,7 @@ def check_refused(config: ImpedanceControllerConfig, *texts: str) -> None:
     """Checks that a configuration is refused when validated and when a controller is made."""
     rig = make_arm_plant()
     for act in (
-        config.validate,
+        lambda: check(config),
         lambda: make_impedance_controller(rig.plant, rig.arm, rig.E, config),
     ):
         with pytest.raises(ConfigurationError) as error:
@@ -79,7 +80,7 @@ def with_field(path: str, value) -> ImpedanceControllerConfig:
 
 
 def test_defaults_can_be_used() -> None:
-    assert ImpedanceControllerConfig().validate() is None  # raises otherwise
+    check(ImpedanceControllerConfig())  # raises otherwise
 
 
 @pytest.mark.parametrize("path", GAINS)
@@ -143,10 +144,22 @@ def test_a_stiffness_that_is_not_diagonal_is_kept_as_it_is() -> None:
 def test_rounding_in_a_symmetric_matrix_is_no_asymmetry() -> None:
     K = 700.0 * np.eye(3)
     K[0, 1], K[1, 0] = 100.0, 100.0 * (1 + 1e-14)
-    spd_matrix(K, "K")
+    taken = spd_matrix(K, "K")
+    np.testing.assert_array_equal(taken, taken.T)
     K[1, 0] = 100.0 * (1 + 1e-4)
     with pytest.raises(ConfigurationError, match=r"K is not symmetric"):
         spd_matrix(K, "K")
+
+
+def test_a_stiffness_by_its_principal_axes_in_single_precision_is_symmetric_enough() -> None:
+    U = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]], dtype=np.float32)
+    K = U @ np.diag(np.array([900.0, 100.3, 400.0], dtype=np.float32)) @ U.T
+    K[0, 1] += np.float32(1.5e-5)
+    K[2, 0] += np.float32(1.5e-5)
+    assert np.abs(K - K.T).max() >= 1.5e-5
+    taken = spd_matrix(K, "K")
+    np.testing.assert_array_equal(taken, taken.T)
+    np.testing.assert_allclose(taken, K, atol=2e-5)
 
 
 def test_numbers_are_checked_with_name_number_and_unit() -> None:
@@ -171,6 +184,53 @@ def test_no_name_is_suggested_when_none_is_near() -> None:
     error = unknown_name("zzz", "kind", ("three", "four"))
     assert "Did you mean" not in str(error)
     assert "four, three" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "texts"),
+    [
+        ("motion.K_Pp", [1.0, 2.0], ["[1.0, 2.0]", "a number"]),
+        ("motion.K_Pp", "stiff", ["'stiff'", "a number"]),
+        ("sampling.period", "1ms", ["'1ms'", "a number"]),
+        ("sampling.velocity", 3, ["is 3", "a text"]),
+        ("impedance.translation.mass", "heavy", ["'heavy'", "numbers"]),
+        ("impedance.translation", 9.0, ["TranslationGains", "9.0"]),
+        ("redundancy.k_beta", None, ["None", "a number"]),
+        ("redundancy.damping.threshold", True, ["True", "a number"]),
+        ("redundancy.task", {"kind": "none"}, ["TaskConfig", "{'kind': 'none'}"]),
+        ("form", "fused", ["'fused'", "blocks, compiled"]),
+    ],
+)
+def test_a_value_of_another_type_is_refused_by_the_name_of_its_field(path, value, texts) -> None:
+    check_refused(with_field(path, value), path, *texts)
+
+
+@pytest.mark.parametrize(
+    ("path", "key", "texts"),
+    [
+        ("", "impedence", ["ImpedanceControllerConfig 'impedence'", "'impedance'?"]),
+        ("impedance.translation", "stifness", ["impedance.translation", "'stiffness'?"]),
+    ],
+)
+def test_an_attribute_that_is_no_field_is_refused_with_the_nearest_name(path, key, texts) -> None:
+    config = ImpedanceControllerConfig()
+    part = config
+    for name in filter(None, path.split(".")):
+        part = getattr(part, name)
+    setattr(part, key, 3.0)
+    check_refused(config, f"'{key}'", *texts)
+
+
+def test_a_configuration_by_itself_names_its_fields_without_a_path() -> None:
+    with pytest.raises(ConfigurationError, match=r"^mass is not positive definite"):
+        check(TranslationGains(mass=np.array(-1.0)))
+    with pytest.raises(ConfigurationError, match=r"^gains\.mass is not positive definite"):
+        check(TranslationGains(mass=np.array(-1.0)), "gains")
+
+
+def test_principal_axes_that_cannot_be_used_are_named() -> None:
+    config = with_field("impedance.rotation.principal_axes", 2.0 * np.eye(3))
+    check_refused(config, "impedance.rotation.principal_axes", "orthonormal")
 
 
 def test_two_configurations_share_nothing() -> None:

@@ -26,6 +26,7 @@ from geoimp_drake.systems.frame_motion import (
     pose_of,
 )
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
+from geoimp_drake.validation import check
 
 
 class Ports:
@@ -231,7 +232,6 @@ def test_opened_grasp_brings_both_hands_to_rest(caplog) -> None:
 def test_parts_that_are_switched_off_are_not_there(parallel: ArmPair) -> None:
     config = CooperativeControllerConfig()
     config.monitor.enabled = config.internal.enabled = False
-    config.fused = False
     controller = parallel.controller(config)
     assert not controller.HasOutputPort("opened")
     blocks = controller.GetSubsystemByName("object")
@@ -243,7 +243,7 @@ def test_parts_that_are_switched_off_are_not_there(parallel: ArmPair) -> None:
 
 
 def test_spare_joint_comes_to_rest_by_default(parallel: ArmPair) -> None:
-    config = CooperativeControllerConfig(fused=False)
+    config = CooperativeControllerConfig()
     arm = parallel.controller(config).GetSubsystemByName("arm_1")
     assert isinstance(arm.GetSubsystemByName("redundancy"), RedundancyResolver)
     assert config.redundancy_1.k_beta == 0.0
@@ -271,14 +271,15 @@ def test_wrong_arms_are_named(parallel: ArmPair) -> None:
         ("monitor", "dwell", -1.0, r"monitor\.dwell"),
         ("opened", "after", "drop", r"opened\.after"),
         ("load", "mass", np.inf, r"load\.mass"),
+        ("monitor", "fall_time", 1e-4, r"monitor\.fall_time .* no fall is that fast"),
         ("sampling", "period", 0.06, "internal.translation.damping"),
     ],
 )
 def test_field_that_cannot_be_used_is_named(part: str, key: str, value, text: str) -> None:
-    config = CooperativeControllerConfig()
+    config = CooperativeControllerConfig(load=ObjectLoad())
     setattr(getattr(config, part), key, value)
     with pytest.raises(ConfigurationError, match=text):
-        config.validate()
+        check(config)
 
 
 def test_configuration_is_read_from_yaml_over_its_defaults() -> None:
@@ -291,7 +292,7 @@ def test_configuration_is_read_from_yaml_over_its_defaults() -> None:
     config = yaml_load_typed(
         schema=CooperativeControllerConfig, data=text, defaults=CooperativeControllerConfig()
     )
-    config.validate()
+    check(config)
     assert config.internal.translation.damping == 300.0
     assert config.internal.translation.mass == 10.0
     assert config.mutual_pose is not None

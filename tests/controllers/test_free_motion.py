@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
-from geoimp_drake.diagrams.setups.single_arm import SingleArmScenario, build_single_arm
+from geoimp_drake.diagrams.setups.single_arm import build_single_arm
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.models import dh_to_joint
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 

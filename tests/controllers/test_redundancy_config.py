@@ -14,6 +14,7 @@ from geoimp_drake.task_functions.joint_target import JointTarget
 from geoimp_drake.task_functions.manipulability import Manipulability
 from geoimp_drake.task_functions.plane_distance import PlaneDistance
 from geoimp_drake.task_functions.weighted_sum import WeightedSum
+from geoimp_drake.validation import check
 
 TRACK = track_arm()
 A = np.array([0.5, -1.0, 2.0, 1.0, -0.3, 0.7])
@@ -142,7 +143,7 @@ BAD_FOR_THIS_ARM = {
 @pytest.mark.parametrize("text", BAD)
 def test_what_no_arm_could_use_is_refused_before_there_is_one(text: str) -> None:
     with pytest.raises(ConfigurationError) as error:
-        load(text).validate()
+        check(load(text), "redundancy")
     for part in BAD[text]:
         assert part in str(error.value)
 
@@ -150,7 +151,7 @@ def test_what_no_arm_could_use_is_refused_before_there_is_one(text: str) -> None
 @pytest.mark.parametrize("text", BAD_FOR_THIS_ARM)
 def test_what_does_not_fit_the_arm_is_refused_with_the_valid_names(text: str) -> None:
     config = load(text)
-    config.validate()
+    check(config)
     with pytest.raises(ConfigurationError) as error:
         config.make(TRACK)
     for part in BAD_FOR_THIS_ARM[text]:

@@ -9,6 +9,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import evaluate_arm
 from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
 from geoimp_drake.errors import ConfigurationError, SingularityError
+from geoimp_drake.validation import check
 
 
 def arm_model() -> tuple[ControlModel, np.ndarray, object]:
@@ -120,6 +121,6 @@ def test_a_singular_posture_is_refused_with_its_singular_value() -> None:
 )
 def test_a_field_that_cannot_be_used_is_refused_by_name(fields: dict, texts: list[str]) -> None:
     with pytest.raises(ConfigurationError) as error:
-        StartConfig(**fields).validate()
+        check(StartConfig(**fields), "start")
     for text in texts:
         assert text in str(error.value)

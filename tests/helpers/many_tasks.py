@@ -52,6 +52,7 @@ def surroundings(_: int) -> dict[str, object]:
     return {
         "pid": os.getpid(),
         "threads": [os.environ.get(f"{name}_NUM_THREADS") for name in ("OMP", "OPENBLAS", "MKL")],
+        "allocator": os.environ.get("GLIBC_TUNABLES"),
         "profiled": "profile" in distributed.get_worker().periodic_callbacks,
         "interruptible": signal.getsignal(signal.SIGINT) != signal.SIG_IGN,
     }

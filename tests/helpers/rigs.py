@@ -40,7 +40,7 @@ def quick_config(velocity: str = "measured") -> ImpedanceControllerConfig:
     impedance.rotation.damping = np.array(3.0)
     impedance.rotation.stiffness = K_O
     return ImpedanceControllerConfig(
-        impedance=impedance, sampling=SamplingConfig(velocity=velocity)
+        impedance=impedance, sampling=SamplingConfig(velocity=velocity), form="compiled"
     )
 
 

@@ -184,9 +184,9 @@ def test_taught_variables_of_a_scenario_become_values():
 @pytest.mark.parametrize(
     ("variables", "message"),
     [
-        ([TaughtVariable("a")], "a has none of joints and position"),
-        ([TaughtVariable("a", np.zeros(7), np.zeros(3))], "a has both of"),
-        ([TaughtVariable("a", position=np.zeros(2))], "a.position"),
+        ([TaughtVariable("a")], "taught.0 'a' has none of joints"),
+        ([TaughtVariable("a", np.zeros(7), np.zeros(3))], "taught.0 'a' has both of"),
+        ([TaughtVariable("a", position=np.zeros(2))], "taught.0.position"),
         ([TaughtVariable("a", joints=np.zeros(6))] * 2, "'a' is taught twice"),
     ],
 )

@@ -80,7 +80,9 @@ def test_rotations_and_laws_know_numpy_alone(module):
 
 @pytest.mark.parametrize("module", [m for m in MODULES if part_of(m) == "parts"])
 def test_parts_know_no_drake_systems(module):
-    assert not any(m.startswith("pydrake.systems") for m in imported_modules(parsed(MODULES[module])))
+    assert not any(
+        m.startswith("pydrake.systems") for m in imported_modules(parsed(MODULES[module]))
+    )
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -11,6 +11,7 @@ from pydrake.multibody.tree import LinearBushingRollPitchYaw
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import load_robot
+from geoimp_drake.validation import check
 
 BOX = '<box size="0.1 0.1 0.1"/>'
 
@@ -203,8 +204,8 @@ def test_unknown_way_with_geometry(tmp_path):
 )
 def test_configuration_names_the_field(change, match):
     config = RobotConfig(file="arm.urdf", end_effector="tool0")
-    config.validate()
+    check(config, "robot")
     for name, value in change.items():
         setattr(config, name, value)
     with pytest.raises(ConfigurationError, match=match):
-        config.validate()
+        check(config, "robot")

@@ -1,16 +1,23 @@
-"""What notebooks show: block diagrams, with Graphviz and without, and scenes without a network."""
+"""What notebooks show: block diagrams from left to right, and scenes without a network."""
 
 import html
+import importlib.util
 import re
-import stat
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 from pydrake.geometry import Box, Meshcat, Rgba
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import Adder, ConstantVectorSource, Integrator, LogVectorOutput
+from pydrake.systems.primitives import (
+    Adder,
+    ConstantVectorSource,
+    Gain,
+    Integrator,
+    LogVectorOutput,
+)
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.notebook import recording, show_diagram, show_meshcat
@@ -35,18 +42,28 @@ def loop():
     return diagram
 
 
-def words(svg):
-    return [
-        text
+def nested():
+    """The loop within a frame: its one output feeds a gain and leaves the diagram."""
+    builder = DiagramBuilder()
+    inner = builder.AddSystem(loop())
+    gain = builder.AddNamedSystem("gain", Gain(2.0, 1))
+    builder.Connect(inner.get_output_port(), gain.get_input_port())
+    builder.ExportInput(builder.AddNamedSystem("spare", Gain(3.0, 1)).get_input_port(), "given")
+    builder.ExportOutput(gain.get_output_port(), "doubled")
+    return builder.Build()
+
+
+def places(svg):
+    """Returns where each text of a drawing begins, ends or has its middle [pt]."""
+    return {
+        element.text: (float(element.get("x")), float(element.get("y")))
         for element in ElementTree.fromstring(svg).iter(f"{SVG}text")
-        for text in element.itertext()
-    ]
+    }
 
 
-@pytest.fixture
-def without_graphviz(monkeypatch, tmp_path):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    return tmp_path
+def wires_and_nodes(svg):
+    groups = [g.get("class") for g in ElementTree.fromstring(svg).iter(f"{SVG}g")]
+    return groups.count("edge"), groups.count("node")
 
 
 def test_text_names_the_blocks_and_every_connection():
@@ -59,46 +76,79 @@ def test_text_names_the_blocks_and_every_connection():
         "  VectorLogSink: VectorLogSink",
     ]
     assert [line.split() for line in lines[6:]] == [
-        ["memory.y0", "->", "sum.u1"],
         ["source.y0", "->", "sum.u0"],
         ["source.y0", "->", "sum.u2"],
-        ["sum.sum", "->", "VectorLogSink.data"],
+        ["memory.y0", "->", "sum.u1"],
+        ["sum.sum", "->", "result"],
         ["sum.sum", "->", "memory.u0"],
+        ["sum.sum", "->", "VectorLogSink.data"],
     ]
 
 
-def test_without_graphviz_every_block_and_every_arrow_is_drawn(without_graphviz):
+def test_a_diagram_within_is_one_block_or_its_own_blocks():
+    closed, opened = (repr(show_diagram(nested(), max_depth=depth)) for depth in (1, 2))
+    assert "  loop: Diagram" in closed
+    assert "  loop.result -> gain.u0" in closed
+    assert "loop/source" not in closed
+    assert "  loop/sum: Adder" in opened
+    assert "  loop/sum.sum -> gain.u0" in opened
+    assert "  loop/memory.y0 -> loop/sum.u1" in opened
+    assert "  gain.y0 -> doubled" in opened
+    assert "  given -> spare.u0" in opened
+
+
+def test_drawing_names_blocks_and_ports_and_has_every_wire():
     svg = show_diagram(loop())._repr_svg_()
-    assert {"source", "memory", "sum", "Adder", "VectorLogSink"} <= set(words(svg))
-    groups = [element.get("id") for element in ElementTree.fromstring(svg).iter(f"{SVG}g")]
-    patches = [name for name in groups if name and name.startswith("patch_")]
-    # The figure's background, a box for each of four blocks, an arrow for each of four pairs.
-    assert len(patches) == 1 + 4 + 4
+    ports = {"y0", "u0", "u1", "u2", "sum", "data", "result"}
+    assert {"source", "memory", "Adder", "VectorLogSink", *ports} <= places(svg).keys()
+    assert wires_and_nodes(svg) == (6, 4 + 1)
+    assert svg.startswith("<svg")
     assert not re.findall(r"@[0-9a-f]{6,}", svg)
 
 
-def test_without_graphviz_the_drawing_is_the_same_each_time(without_graphviz):
-    assert show_diagram(loop()).svg == show_diagram(loop()).svg
+def test_drawing_leads_from_left_to_right():
+    drawn = places(show_diagram(nested(), max_depth=2).svg)
+    for wire in (("source", "Adder"), ("Adder", "gain"), ("gain", "doubled"), ("given", "spare")):
+        (x_0, y_0), (x_1, y_1) = (drawn[text] for text in wire)
+        assert x_1 - x_0 > abs(y_1 - y_0)
 
 
-def test_graphviz_draws_if_it_is_there(without_graphviz):
-    """What Graphviz gets is Drake's description to the depth asked for; its prolog is left out."""
-    program = without_graphviz / "dot"
-    program.write_text(
-        '#!/bin/sh\n/bin/cat > "$(/usr/bin/dirname "$0")/seen"\n'
-        'echo \'<?xml version="1.0"?><!DOCTYPE svg><svg id="drawn"/>\'\n'
+def test_a_frame_is_around_the_blocks_of_a_diagram_that_is_opened():
+    (frame,) = (
+        group
+        for group in ElementTree.fromstring(show_diagram(nested(), max_depth=2).svg).iter(f"{SVG}g")
+        if group.get("class") == "cluster"
     )
-    program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    diagram = loop()
-    assert show_diagram(diagram, max_depth=0).svg.strip() == '<svg id="drawn"/>'
-    assert (without_graphviz / "seen").read_text() == diagram.GetGraphvizString(max_depth=0)
+    numbers = re.findall(r"-?[\d.]+", frame.find(f"{SVG}path").get("d"))
+    low, high = min(map(float, numbers[::2])), max(map(float, numbers[::2]))
+    drawn = places(show_diagram(nested(), max_depth=2).svg)
+    assert low < drawn["source"][0] < drawn["Adder"][0] < high < drawn["doubled"][0]
 
 
-def test_graphviz_that_fails_is_done_without(without_graphviz):
-    program = without_graphviz / "dot"
-    program.write_text("#!/bin/sh\nexit 1\n")
-    program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    assert "source" in words(show_diagram(loop()).svg)
+def test_ports_that_are_not_in_use_are_left_out():
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    plant.Finalize()
+    svg = show_diagram(builder.Build()).svg
+    assert "geometry_query" in places(svg)
+    assert "contact_results" not in places(svg)
+
+
+def test_drawing_is_the_same_each_time():
+    assert show_diagram(nested(), max_depth=2).svg == show_diagram(nested(), max_depth=2).svg
+
+
+def test_drawing_says_nothing_beside(capfd):
+    show_diagram(loop())
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_graphviz_the_text_says_how_to_get_a_drawing(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    shown = show_diagram(loop())
+    assert shown._repr_svg_() is None
+    assert "sum.sum -> memory.u0" in repr(shown)
+    assert repr(shown).endswith("pip install 'geoimp_drake[notebooks]'")
 
 
 def test_scene_is_a_page_of_its_own_with_the_recorded_motion():

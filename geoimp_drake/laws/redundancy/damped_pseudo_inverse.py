@@ -11,7 +11,7 @@ from geoimp_drake.laws.redundancy.pseudo_inverse import (
     weighted_pseudo_inverse,
 )
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import non_negative, positive
+from geoimp_drake.validation import key, non_negative, positive
 
 __all__ = [
     "SingularityDamping",
@@ -32,11 +32,11 @@ class SingularityDamping:
     threshold: float = 0.01  # σ₀: nothing at all happens while every singular value is above it
     factor: float = 0.01  # λ₀: at a singularity, 1/σ never exceeds 1/(2λ₀) or 1/σ₀
 
-    def validate(self, name: str = "damping") -> None:
+    def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        non_negative(self.threshold, f"{name}.threshold")
+        non_negative(self.threshold, key(name, "threshold"))
         if self.threshold > 0:
-            positive(self.factor, f"{name}.factor")
+            positive(self.factor, key(name, "factor"))
 
 
 @compilable

@@ -16,7 +16,7 @@ from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.parts.torque import Saturation
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector, non_negative, positive
+from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
 
 __all__ = ["IndustrialController", "IndustrialControllerConfig", "make_industrial_controller"]
 
@@ -37,13 +37,14 @@ class IndustrialControllerConfig:
     period: float = 1e-3  # [s]
     preload: bool = True  # the integral part starts with the torque that holds the arm
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        for name in ("bandwidth", "damping", "integral_limit", "period"):
-            positive(getattr(self, name), f"servo.{name}")
-        non_negative(self.integral_rate, "servo.integral_rate", "1/s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for part in ("bandwidth", "damping", "integral_limit", "period"):
+            positive(getattr(self, part), key(name, part))
+        non_negative(self.integral_rate, key(name, "integral_rate"), "1/s")
         if self.kp is not None:
-            _check_gains(finite_vector(self.kp, "servo.kp", np.size(self.kp)))
+            where = key(name, "kp")
+            _check_gains(finite_vector(self.kp, where, np.size(self.kp)), where)
 
 
 class IndustrialController(Block):
@@ -89,7 +90,7 @@ class IndustrialController(Block):
     ):
         super().__init__()
         config = config or IndustrialControllerConfig()
-        config.validate()
+        check(config, "servo")
         n = model.num_joints
         _check_rows(trajectory, n)
         self._model, self._trajectory, self._config = model, trajectory, config
@@ -180,7 +181,7 @@ def make_industrial_controller(
         ConfigurationError: the configuration or the trajectory does not fit the arm.
     """
     config = config or IndustrialControllerConfig()
-    config.validate()
+    check(config, "servo")
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
     _check_rows(trajectory, model.num_joints)
     q = trajectory.value(trajectory.start_time())[:, 0]
@@ -201,9 +202,9 @@ def _check_rows(trajectory: Trajectory, n: int) -> None:
         )
 
 
-def _check_gains(kp: Array) -> Array:
+def _check_gains(kp: Array, name: str = "servo.kp") -> Array:
     if not (kp > 0).all():
-        raise ConfigurationError(f"servo.kp is {kp.tolist()}; all must be positive.")
+        raise ConfigurationError(f"{name} is {kp.tolist()}; all must be positive.")
     return kp
 
 

@@ -9,7 +9,6 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import BasicVector, Context
 
 from geoimp_drake.compilation.compiled import compiled
-from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_about_axis import motion_from_rest
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
@@ -21,6 +20,7 @@ from geoimp_drake.systems.frame_motion import (
 )
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import check, finite_vector, key, positive
 
 __all__ = ["DesiredMotion", "MotionSegment", "phases_of"]
 
@@ -38,16 +38,11 @@ class MotionSegment:
     rotation: Array = field(default_factory=lambda: np.zeros(3))  # axis times angle, in W [rad]
     name: str = ""  # names the phase in logs and figures
 
-    def validate(self, where: str = "segment") -> None:
-        """Raises ConfigurationError if a field cannot be used; `where` names the segment."""
-        if not (np.isfinite(self.duration) and self.duration > 0):
-            raise ConfigurationError(
-                f"{where}: duration is {self.duration:g} s; it must be positive and finite."
-            )
-        for key in ("displacement", "rotation"):
-            value = np.asarray(getattr(self, key), dtype=float)
-            if value.shape != (3,) or not np.isfinite(value).all():
-                raise ConfigurationError(f"{where}: {key} is {value}; give three finite numbers.")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.duration, key(name, "duration"), "s")
+        finite_vector(self.displacement, key(name, "displacement"), 3)
+        finite_vector(self.rotation, key(name, "rotation"), 3)
 
 
 def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float]]:
@@ -84,7 +79,7 @@ class DesiredMotion(Block):
     def __init__(self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()):
         super().__init__()
         for k, segment in enumerate(segments):
-            segment.validate(f"motion segment {k}")
+            check(segment, f"segments.{k}")
         self._durations = [float(segment.duration) for segment in segments]
         self._times = np.cumsum([0.0, *self._durations]).tolist()
         self._rests = _rests(frame_motion_at_rest(X_WD), segments)

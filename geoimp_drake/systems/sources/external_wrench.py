@@ -14,7 +14,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector, non_negative, positive
+from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
 
 __all__ = ["ExternalWrench", "WrenchRamp", "linear_with_fourth_order_blends"]
 
@@ -29,17 +29,17 @@ class WrenchRamp:
     duration: float = 1.0  # of the ramp, blends included [s]
     blend: float = 0.2  # of each blend [s]
 
-    def validate(self) -> None:
-        """Raises ConfigurationError if a field cannot be used."""
-        finite_vector(self.moment, "external.moment", 3)
-        finite_vector(self.force, "external.force", 3)
-        non_negative(self.start, "external.start", "s")
-        positive(self.duration, "external.duration", "s")
-        positive(self.blend, "external.blend", "s")
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        finite_vector(self.moment, key(name, "moment"), 3)
+        finite_vector(self.force, key(name, "force"), 3)
+        non_negative(self.start, key(name, "start"), "s")
+        positive(self.duration, key(name, "duration"), "s")
+        positive(self.blend, key(name, "blend"), "s")
         if self.blend > self.duration / 2:
             raise ConfigurationError(
-                f"external.blend is {self.blend:g} s; two of them must fit into external.duration, "
-                f"{self.duration:g} s."
+                f"{key(name, 'blend')} is {self.blend:g} s; two of them must fit into "
+                f"{key(name, 'duration')}, {self.duration:g} s."
             )
 
 
@@ -97,7 +97,7 @@ class ExternalWrench(Block):
 
     def __init__(self, frame: Frame, R_WF0: Array, ramp: WrenchRamp):
         super().__init__()
-        ramp.validate()
+        check(ramp, "external")
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = frame.body().index()
         applied.p_BoBq_B = frame.GetFixedPoseInBodyFrame().translation()

@@ -10,7 +10,8 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
-from geoimp_drake.diagrams.setups.tight import ARMS, build_tight
+from geoimp_drake.diagrams.setups.tight import build_tight
+from geoimp_drake.diagrams.setups.tight_scenario import ARMS
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.cooperation.grasp_watch import watch_grasps
 from geoimp_drake.simulation.run import simulate

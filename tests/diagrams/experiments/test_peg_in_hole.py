@@ -7,7 +7,8 @@ from runs import assert_all_hold, claims_of, run
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
 from geoimp_drake.diagrams.experiments.peg_in_hole import depth, sweep_figures
-from geoimp_drake.diagrams.setups.loose import LooseScenario, build_loose
+from geoimp_drake.diagrams.setups.loose import build_loose
+from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION, pose_of

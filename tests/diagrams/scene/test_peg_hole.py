@@ -29,6 +29,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from geoimp_drake.diagrams.scene.insertion import Insertion, insertion
 from geoimp_drake.diagrams.scene.peg_hole import PegHoleConfig, add_block, add_peg
 from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.validation import check
 
 I = RigidTransform()  # noqa: E741
 ROLLS = [0.0, 0.07, 0.13, 1.0]  # the sides of peg and hole repeat after 15° and 22.5°
@@ -356,14 +357,14 @@ def test_peg_that_fits_feels_nothing_on_its_way_in() -> None:
 )
 def test_what_cannot_be_built_is_refused(changes: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigurationError, match=said):
-        replace(PegHoleConfig(), **changes).validate()
+        check(replace(PegHoleConfig(), **changes), "peg_hole")
 
 
 def test_configuration_goes_through_yaml() -> None:
     config = replace(PegHoleConfig(), hole_diameter=0.0175, friction=0.1)
     again = yaml_load_typed(schema=PegHoleConfig, data=yaml_dump_typed(config))
     assert yaml_dump_typed(again) == yaml_dump_typed(config)
-    again.validate()
+    check(again)
 
 
 @pytest.mark.parametrize("add", [add_peg, add_block])

@@ -149,12 +149,16 @@ def test_plane_is_the_outward_normal_and_its_offset(X_WS: RigidTransform) -> Non
         ("mount_damping", np.inf, "inf"),
         ("friction", -0.1, "-0.1"),
         ("plate_mass", np.nan, "nan"),
-        ("appearance", "glas", "glas.*carton, sheet"),
     ],
 )
 def test_unusable_number_is_named(field: str, value: Any, number: str) -> None:
     with pytest.raises(ConfigurationError, match=f"surface.{field} is .*{number}"):
         add_surface(make_plant(), replace(plexiglas(), **{field: value}), RigidTransform())
+
+
+def test_unknown_appearance_is_refused_with_the_valid_ones() -> None:
+    with pytest.raises(ConfigurationError, match=r"surface.appearance 'glas'.*carton, sheet"):
+        add_surface(make_plant(), replace(plexiglas(), appearance="glas"), RigidTransform())
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialControllerConfig,
     make_industrial_controller,
 )
+from geoimp_drake.validation import check
 
 START = np.append(-0.2, dh_to_joint(np.radians([8.83, 75.05, -47.63, 9.93, 62.93, 175.45])))
 NEAR = START + np.array([0.1, 0.1, -0.1, 0.1, 0.2, 0.1, -0.2])
@@ -259,7 +260,7 @@ def test_two_simulations_of_one_unit_are_independent():
 )
 def test_configuration_that_cannot_be_used_is_named(field, value):
     with pytest.raises(ConfigurationError, match=rf"servo\.{field}"):
-        IndustrialControllerConfig(**{field: value}).validate()
+        check(IndustrialControllerConfig(**{field: value}), "servo")
 
 
 def test_what_does_not_fit_the_arm_is_refused():

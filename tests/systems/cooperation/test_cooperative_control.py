@@ -6,6 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from geoimp_drake.systems.arm.arm_control import ArmControl
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
+from geoimp_drake.systems.cooperation.object_control import ObjectControl
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, System
@@ -18,9 +21,6 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.inner_loop import arm_blocks
 from geoimp_drake.controllers.object_loop import object_blocks
 from geoimp_drake.errors import SignalError
-from geoimp_drake.systems.arm.arm_control import ArmControl
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.cooperation.object_control import ObjectControl
 from geoimp_drake.systems.cooperation.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_at_rest, pose_of
 
@@ -62,7 +62,7 @@ def let_go(t: float) -> np.ndarray:
 
 
 def pair_of(change: Change, fused: bool = True, second: Signal = pushed) -> ControlledPair:
-    config = CooperativeControllerConfig(fused=fused)
+    config = CooperativeControllerConfig(form="compiled" if fused else "blocks")
     change(config)
     return make_controlled_pair(desired, config, (pushed, second))
 

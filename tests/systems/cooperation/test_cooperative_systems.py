@@ -252,8 +252,8 @@ def test_hands_of_the_references_hold_the_object_as_hands_do() -> None:
 
 def test_bad_load_is_named() -> None:
     for load, text in (
-        (ObjectLoad(mass=-1.0), "object.mass"),
-        (ObjectLoad(inertia=-np.eye(3)), "object.inertia"),
+        (ObjectLoad(mass=-1.0), "load.mass"),
+        (ObjectLoad(inertia=-np.eye(3)), "load.inertia"),
         (ObjectLoad(inertial_load="plant"), "inertial_load"),
     ):
         with pytest.raises(ConfigurationError, match=text):

@@ -150,7 +150,7 @@ def test_only_what_the_sensors_read_is_asked_of_the_plant(name: str, lists: set[
     assert not controller.HasOutputPort("last_reference_motion_1")
 
 
-@pytest.mark.parametrize("settings", [("sensor.period=0.002",), ("fused=false",)])
+@pytest.mark.parametrize("settings", [("sensor.period=0.002",), ("form=blocks",)])
 def test_otherwise_they_are_a_system_of_their_own(settings: tuple[str, ...]) -> None:
     one, other = bar(()), bar(settings)
     controller = controller_of(other)
@@ -163,7 +163,7 @@ def test_otherwise_they_are_a_system_of_their_own(settings: tuple[str, ...]) -> 
     ]
     assert ports[0] == ports[1]
     assert inputs(controller) == inputs(controller_of(one)) | LISTS
-    if "fused=false" in settings:
+    if "form=blocks" in settings:
         ours, theirs = said(one), said(other)
         for key, value in theirs.items():
             np.testing.assert_allclose(ours[key], value, rtol=1e-7, atol=1e-8, err_msg=key)

@@ -152,18 +152,18 @@ def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> 
 def test_damping_too_high_for_the_period_is_refused_with_the_figure() -> None:
     gains = InternalGains(np.array(10.0), np.array(18000.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match=r"internal\.translation\.damping .* is 1\.8"):
-        InternalImpedanceConfig(translation=gains).validate()
+        InternalImpedanceConfig(translation=gains).make()
     with pytest.raises(ConfigurationError, match="shorten the period"):
-        InternalImpedanceConfig().validate(period=0.05)
+        InternalImpedanceConfig().make(period=0.05)
     gains.damping = np.array(12000.0)
-    InternalImpedanceConfig(translation=gains).validate()
+    InternalImpedanceConfig(translation=gains).make()
 
 
 def test_full_matrices_are_judged_by_their_fastest_direction() -> None:
     mass = np.array([[10.0, 9.9, 0.0], [9.9, 10.0, 0.0], [0.0, 0.0, 10.0]])
     gains = InternalGains(mass, np.array(400.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match="is 4"):
-        InternalImpedanceConfig(translation=gains).validate()
+        InternalImpedanceConfig(translation=gains).make()
 
 
 @pytest.mark.parametrize("key", ["mass", "damping", "stiffness"])
@@ -172,4 +172,4 @@ def test_gain_that_is_not_positive_is_named(part: str, key: str) -> None:
     config = InternalImpedanceConfig()
     setattr(getattr(config, part), key, np.diag([1.0, -1.0, 1.0]))
     with pytest.raises(ConfigurationError, match=rf"internal\.{part}\.{key} is not positive"):
-        config.validate()
+        config.make()

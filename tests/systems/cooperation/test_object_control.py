@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
+from geoimp_drake.systems.cooperation.object_control import ObjectControl
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import Context, Diagram, System
 from signal_sources import Rig, Signal
@@ -16,10 +18,8 @@ from geoimp_drake.controllers.object_loop import make_object_loop
 from geoimp_drake.errors import OutOfDomainError, SignalError
 from geoimp_drake.laws.impedance.families import FAMILIES
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
-from geoimp_drake.systems.cooperation.object_control import ObjectControl
 from geoimp_drake.systems.cooperation.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 from geoimp_drake.systems.frame_motion import (
     POSITION,
@@ -62,7 +62,7 @@ class Case:
         # Quicker than the defaults, so that something happens in some steps.
         config.impedance.translation.damping = np.array(300.0)
         self.change(config)
-        config.fused = fused
+        config.form = "compiled" if fused else "blocks"
         return config
 
 
@@ -436,15 +436,16 @@ def test_a_mutual_pose_that_diverges_is_refused_with_what_to_do() -> None:
 
 @pytest.mark.parametrize("family", sorted(set(FAMILIES) - {"quaternion"}))
 def test_blocks_are_separate_for_another_orientation_family(family: str) -> None:
-    config = CooperativeControllerConfig()
+    config = CooperativeControllerConfig(form="compiled")
     config.impedance.orientation = family
     assert names_of(make_object_loop(config, G)) == BLOCKS
 
 
 def test_blocks_are_separate_where_laws_are_not_compiled(monkeypatch) -> None:
-    assert isinstance(make_object_loop(CooperativeControllerConfig(), G), ObjectControl)
+    config = CooperativeControllerConfig(form="compiled")
+    assert isinstance(make_object_loop(config, G), ObjectControl)
     monkeypatch.setenv(SWITCH, "0")
-    assert names_of(make_object_loop(CooperativeControllerConfig(), G)) == BLOCKS
+    assert names_of(make_object_loop(config, G)) == BLOCKS
 
 
 def names_of(system: System) -> tuple[str, ...]:

@@ -131,17 +131,17 @@ def test_port_gives_what_evaluate_gives() -> None:
 @pytest.mark.parametrize(
     ("segment", "message"),
     [
-        (MotionSegment(0.0), r"motion segment 1: duration is 0 s"),
+        (MotionSegment(0.0), r"segments.1.duration is 0 s"),
         (MotionSegment(-2.0), r"duration is -2 s"),
-        (MotionSegment(np.nan), r"duration is nan s"),
-        (MotionSegment(np.inf), r"duration is inf s"),
+        (MotionSegment(np.nan), r"duration is nan;"),
+        (MotionSegment(np.inf), r"duration is inf;"),
         (
             MotionSegment(1.0, displacement=np.array([0, np.nan, 0])),
-            r"segment 1: displacement.*nan",
+            r"segments.1.displacement.*nan",
         ),
-        (MotionSegment(1.0, displacement=np.zeros(2)), r"displacement.*three finite"),
+        (MotionSegment(1.0, displacement=np.zeros(2)), r"displacement.*3 finite"),
         (MotionSegment(1.0, rotation=np.array([0, np.inf, 0])), r"rotation.*inf"),
-        (MotionSegment(1.0, rotation=np.array(1.0)), r"rotation.*three finite"),
+        (MotionSegment(1.0, rotation=np.array(1.0)), r"rotation.*3 finite"),
     ],
 )
 def test_a_segment_that_cannot_be_is_refused_with_its_number(segment, message) -> None:

@@ -12,6 +12,7 @@ from geoimp_drake.systems.sources.external_wrench import (
     WrenchRamp,
     linear_with_fourth_order_blends,
 )
+from geoimp_drake.validation import check
 
 START, DURATION, BLEND = 0.5, 1.0, 0.2
 
@@ -95,4 +96,4 @@ def test_bad_ramp_is_refused(field, value, message):
     ramp = WrenchRamp()
     setattr(ramp, field, value)
     with pytest.raises(ConfigurationError, match=message):
-        ramp.validate()
+        check(ramp, "external")

@@ -1,0 +1,141 @@
+"""The scenario of a loose cooperation, see `loose`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
+from geoimp_drake.diagrams.scene.peg_hole_config import PegHoleConfig
+from geoimp_drake.diagrams.setups.posture import StartConfig
+from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
+from geoimp_drake.models.robot_data import TOOL
+from geoimp_drake.motion_program.plan import PlanConfig
+from geoimp_drake.motion_program.taught import TaughtVariable, taught_values
+from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
+from geoimp_drake.systems.sources.external_wrench import WrenchRamp
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, finite_vector, key, non_negative, positive
+
+__all__ = [
+    "PLANS",
+    "ArmRoles",
+    "LooseScenario",
+    "PlannedInsertion",
+    "ProgramSettings",
+    "TaughtPose",
+]
+
+PLANS = ("nominal", "misplanned")
+
+
+@dataclass
+class PlannedInsertion:
+    """How far the program pushes, and how wrong it is about where the hole lies."""
+
+    path: float = 0.05  # along the tool's approach axis [m]
+    rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # of the tool about W's axes
+    offset: Array = field(default_factory=lambda: np.zeros(3))  # of the tip, in W [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.path, key(name, "path"), "m")
+        finite_vector(self.rotation_deg, key(name, "rotation_deg"), 3)
+        finite_vector(self.offset, key(name, "offset"), 3)
+
+
+@dataclass
+class TaughtPose:
+    """A pose of the peg's tip, taught with respect to the hole: aligned with it, `offset` away."""
+
+    offset: Array = field(default_factory=lambda: np.zeros(3))  # from H to P, in W [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        finite_vector(self.offset, key(name, "offset"), 3)
+
+
+@dataclass
+class ProgramSettings:
+    """The motion program, and what has been taught for it."""
+
+    file: str = "insertion.pdl"  # a path, or a file beside the experiments
+    constants: dict[str, float] = field(default_factory=dict)  # in the place of the program's own
+    path_constant: str = "dpt"  # is given the plan's path [mm]
+    poses: dict[str, TaughtPose] = field(default_factory=dict)
+
+    def path(self) -> Path:
+        """Returns where the program is."""
+        beside = Path(__file__).resolve().parents[1] / "experiments" / self.file
+        return beside if beside.exists() else Path(self.file)
+
+
+@dataclass
+class ArmRoles:
+    """What an arm needs to know for either role."""
+
+    hold: StartConfig = field(default_factory=StartConfig)  # of H, if this arm holds the hole
+    start: list[float] = field(default_factory=list)  # posture, if it brings the peg [rad, m]
+    taught: list[TaughtVariable] = field(default_factory=list)  # for the program, if it does
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        taught_values(self.taught, key(name, "taught"))
+
+
+@dataclass
+class LooseScenario(CompliantArmSettings):
+    """Everything of a run of peg in hole; SI units, degrees and millimetres where it says so."""
+
+    peg_arm: str = SEVEN
+    plan: str = "misplanned"  # or nominal
+    nominal: PlannedInsertion = field(default_factory=PlannedInsertion)
+    misplanned: PlannedInsertion = field(
+        default_factory=lambda: PlannedInsertion(0.09, np.array([2.0, 0.0, 2.0]))
+    )
+    hold: float = 5.0  # after the end of the program [s]
+    program: ProgramSettings = field(default_factory=ProgramSettings)
+    speeds: PlanConfig = field(default_factory=PlanConfig)  # of the program at 100 per cent
+    servo: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
+    peg_hole: PegHoleConfig = field(default_factory=PegHoleConfig)
+    tip: float = 0.155  # of the peg, from S along its z axis [m]
+    mouth: float = 0.165  # of the hole, from S along its z axis [m]
+    # E in S [m]: where the compliant hand is to turn about.
+    remote_centre: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.165]))
+    six: ArmRoles = field(default_factory=ArmRoles)
+    seven: ArmRoles = field(default_factory=ArmRoles)
+    external: WrenchRamp | None = None  # on the block at the hole's mouth, in the axes of H
+
+    @property
+    def compliant(self) -> str:
+        """Name of the arm that holds the hole, in plant and log."""
+        return SIX if self.peg_arm == SEVEN else SEVEN
+
+    def pose_of_mouth(self) -> RigidTransform:
+        """Returns X_SH."""
+        return RigidTransform([0.0, 0.0, self.mouth])
+
+    def planned(self) -> PlannedInsertion:
+        """Returns the plan that is chosen."""
+        plan: PlannedInsertion = getattr(self, self.plan)
+        return plan
+
+    def roles(self, arm: str) -> ArmRoles:
+        """Returns what an arm of the cell needs to know."""
+        return self.six if arm == SIX else self.seven
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        super().validate(name)
+        choice(self.peg_arm, key(name, "peg_arm"), (SIX, SEVEN))
+        choice(self.plan, key(name, "plan"), PLANS)
+        non_negative(self.hold, key(name, "hold"), "s")
+        # Between a hand and what it holds there is a rod on a mounting plate.
+        plate, tip, mouth = TOOL.plate_thickness, key(name, "tip"), key(name, "mouth")
+        positive(
+            self.tip - self.peg_hole.peg_length - plate, f"{tip} less the peg and a plate", "m"
+        )
+        block = self.peg_hole.block_length
+        positive(self.mouth - block - plate, f"{mouth} less the block and a plate", "m")
+        finite_vector(self.remote_centre, key(name, "remote_centre"), 3)

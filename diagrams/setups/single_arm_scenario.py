@@ -1,0 +1,44 @@
+"""The scenario of a run with one arm, see `single_arm`."""
+
+from dataclasses import dataclass, field
+
+from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
+from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
+from geoimp_drake.diagrams.setups.posture import StartConfig
+from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
+from geoimp_drake.robot_files.config import RobotConfig
+from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.external_wrench import WrenchRamp
+from geoimp_drake.validation import choice, key, positive
+
+__all__ = ["CELL_OF_ARM", "SingleArmScenario"]
+
+CELL_OF_ARM = {SIX: "single_arm", SEVEN: "track_arm"}
+
+
+@dataclass
+class SingleArmScenario(CompliantArmSettings):
+    """Everything of a run with one arm; SI units, angles in degrees where the name says so."""
+
+    arm: str = SIX  # or seven; with a robot of your own, its name in the log
+    robot: RobotConfig | None = None  # of your own, in the place of the cell's arm
+    start: StartConfig = field(default_factory=StartConfig)
+    segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
+    surface: SurfacePlacement | None = None
+    external: WrenchRamp | None = None  # on the hand at E, in the axes of D at the start
+    disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
+
+    @property
+    def compliant(self) -> str:
+        """Name under which what is compliant is logged."""
+        return self.arm
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        super().validate(name)
+        if self.robot is None:
+            choice(self.arm, key(name, "arm"), CELL_OF_ARM)
+        self.check_moves(self.segments)
+        if self.surface is not None:
+            self.surface.check_step(key(name, "surface"), self.plant.time_step)
+        positive(self.disk_resolution_hint, key(name, "disk_resolution_hint"), "m")
