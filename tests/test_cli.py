@@ -277,8 +277,8 @@ def test_a_simulation_that_fails_writes_its_log_and_ends_with_status_1(out, caps
     unstable = ("--set", "impedance.translation.mass=1e-4", "--set", "log_period=0.001")
     assert run("run", "plexiglas", *unstable, "--duration", "5", "--out", str(out)) == 1
     assert re.search("simulation of plexiglas failed: .*", capsys.readouterr().err)
-    log = np.load(out / "log.npz")
-    assert 0 < log["t"][-1] < 5
+    with np.load(out / "log.npz") as log:
+        assert 0 < log["t"][-1] < 5
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["failure"]
 
