@@ -12,7 +12,7 @@ from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.part_system import PartSystem, system_of
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
 
-__all__ = ["add_sensors", "make_compiled"]
+__all__ = ["add_sensors", "make_compiled", "warn_uncompiled"]
 
 _log = logging.getLogger("drake")
 
@@ -26,6 +26,7 @@ def make_compiled(part: Part) -> PartSystem:
 
 @cache
 def warn_uncompiled() -> None:
+    """Warns that the compiled form is slower here; once in a process."""
     _log.warning(
         "The controller's form is 'compiled', but laws cannot be compiled here, and uncompiled it "
         "is slower than the form 'blocks'. Install numba (the extra 'fast'), or choose 'blocks'."

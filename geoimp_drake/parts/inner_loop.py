@@ -142,11 +142,12 @@ class InnerLoop:
             self._resolve(now, signals)
             return self._none, 0.0
         error = np.empty_like(self._none)
+        x = signals[0][self.model.state_order]
         task = self._null_space.evaluate_task(
             memory[self.memory.posture],
             Within(now, {}, {}, place=self._place),
-            signals[0][self.model.state_order],
-            self._dynamics,
+            x,
+            lambda: self._dynamics.evaluate(None, x),
         )
         terms = task.gradient, task.gradient_rate, error, *self._null_space.arguments
         self._resolve(now, signals, *terms)

@@ -1,9 +1,12 @@
 """The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.dynamics import ArmDynamics, Scratch
+from geoimp_drake.arm.dynamics import Scratch
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
@@ -72,14 +75,16 @@ class NullSpace:
         if np.isnan(memory[0]):
             memory[:] = q
 
-    def evaluate_task(self, memory: Array, now: Now, x: Array, dynamics: ArmDynamics) -> TaskValue:
+    def evaluate_task(
+        self, memory: Array, now: Now, x: Array, evaluate: Callable[[], ArmState]
+    ) -> TaskValue:
         """Returns w and its derivatives.
 
         Args:
             memory: of this object (n,).
             now: whose time it is; the workspace is a `Scratch` of the model.
             x: [q; v] (2n,) in the model's order.
-            dynamics: evaluates the arm, if the task function asks for it.
+            evaluate: returns the arm, if the task function asks for it.
         """
         n = len(self._none)
         if self._is_idle:
@@ -90,7 +95,7 @@ class NullSpace:
             x[:n],
             x[n:],
             x[:n] if np.isnan(memory[0]) else memory,
-            lambda: dynamics.evaluate(scratch, x),
+            evaluate,
             lambda: scratch.at(x),
         )
         return self._task.evaluate(instant)

@@ -51,6 +51,8 @@ class Memory:
     def __init__(self, **start: "Array | float | Memory"):
         places: list[Array] = []
         size = 0
+        if "start" in start:
+            raise TypeError("A place cannot be called 'start': the whole is.")
         for name, value in start.items():
             values = np.atleast_1d(value.start if isinstance(value, Memory) else value)
             is_number = not isinstance(value, Memory) and np.ndim(value) == 0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
-from geoimp_drake.arm.dynamics import Scratch, arm_dynamics
+from geoimp_drake.arm.dynamics import ArmDynamics, ChainDynamics, DrakeDynamics, Scratch
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.laws.motion_control.resolved_acceleration import (
@@ -55,7 +55,8 @@ class RedundantAcceleration:
     def __init__(self, model: ControlModel, null_space: NullSpace):
         n = model.num_joints
         self._model, self._null_space = model, null_space
-        self._dynamics, self._law = arm_dynamics(model), compiled(redundant_acceleration)
+        self._chain, self._drake = ChainDynamics(model), DrakeDynamics(model)
+        self._law = compiled(redundant_acceleration)
         self.inputs = {"task_acceleration": TASK_DIMENSION, "arm": object()}
         self.memory = null_space.memory
         posture = "memory", "arm", "time"
@@ -78,10 +79,11 @@ class RedundantAcceleration:
         """Returns w, J†, α_n and e_n."""
         arm, null_space = now["arm"], self._null_space
         x = np.concatenate((arm.q, arm.v))
-        task = null_space.evaluate_task(now.memory, now, x, self._dynamics)
+        task = null_space.evaluate_task(now.memory, now, x, lambda: arm)
         gradients = task.gradient, task.gradient_rate
-        scratch, gains = now.workspace, null_space.arguments
-        return task.value, *self._dynamics.null_space(scratch, arm, gradients, gains)
+        dynamics: ArmDynamics = self._drake if arm.chain is None else self._chain
+        terms = dynamics.null_space(now.workspace, arm, gradients, null_space.arguments)
+        return task.value, *terms
 
     def _write(self, now: Now, alpha: Array) -> None:
         a = _task_acceleration(now)

@@ -33,7 +33,7 @@ ALLOWED = {
     "robot_files": SYSTEMS | {"controllers", "robot_files"},
     "scenario": FOUNDATIONS | {"scenario"},
     # Nothing in it computes a control law, and it knows no particular experiment.
-    "simulation": FOUNDATIONS | {"arm", "scenario", "simulation", "systems"},
+    "simulation": FOUNDATIONS | {"arm", "parts", "scenario", "simulation", "systems"},
     "campaigns": FOUNDATIONS | {"campaigns", "scenario", "simulation"},
     "__init__": ASSEMBLY | {"robot_files", "simulation"},
     "models": FOUNDATIONS | {"models"},

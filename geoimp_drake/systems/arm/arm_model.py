@@ -5,7 +5,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.dynamics import arm_dynamics
+from geoimp_drake.arm.dynamics import Scratch, arm_dynamics
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.parts.signals import check_signal
@@ -40,7 +40,7 @@ class ArmModel(Block):
         self._scratch = self.DeclareCacheEntry(
             "scratch context of the control model",
             ValueProducer(
-                lambda: AbstractValue.Make(model.plant.CreateDefaultContext()),
+                lambda: AbstractValue.Make(Scratch(model)),
                 lambda context, value: None,
             ),
             {self.nothing_ticket()},
