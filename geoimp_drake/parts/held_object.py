@@ -14,7 +14,13 @@ from geoimp_drake.laws.compositions.object_control import (
     object_control,
 )
 from geoimp_drake.laws.cooperation.half_rotation import check_half_defined
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE, POSE_SIZE
+from geoimp_drake.laws.cooperation.held_object import held_object_motion
+from geoimp_drake.laws.frame_motion import (
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    POSE_SIZE,
+    QUATERNION,
+)
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
 from geoimp_drake.parts.impedance import Impedance, ImpedanceEnergy
@@ -88,6 +94,7 @@ class HeldObject:
         self._impedance, self._internal, self._grasp = impedance, internal, grasp
         self._watch, self._load = watch, load
         self._law = compiled(object_control(impedance.family_law))
+        self._object_motion = compiled(held_object_motion)
         # Without one its gains are not used.
         gains = (impedance if internal is None else internal).gains()
         self._internal_gains = internal is not None, *gains
@@ -178,8 +185,13 @@ class HeldObject:
         reference = self._at_rest
         if self._load.removes_inertial_load:
             reference = memory[self.last_motion]
-        if self._impedance.has_domain and is_set(state):
-            self._impedance.check(now, desired, _NO_WRENCH, state[self.state.compliant])
+        if self._impedance.has_domain:
+            C = (
+                state[self.state.compliant]
+                if is_set(state)
+                else self._object_start(now, hands, found)
+            )
+            self._impedance.check(now, desired, _NO_WRENCH, C)
         if not self._law(
             *hands,
             *wrenches,
@@ -194,7 +206,7 @@ class HeldObject:
             *self._internal_gains,
             *self._load.arguments,
         ):
-            self._check(now, hands, wrenches, state, found.motions)
+            self._check(now, hands, wrenches, found)
         if self._watch is not None and self._watch[1].is_held(memory[self.memory.hold]):
             self._rest(self._watch[1], memory, now.time, found.motions[HANDS])
 
@@ -227,21 +239,27 @@ class HeldObject:
         for k, reference in enumerate(references, 1):
             reference[:] = hold.motion(k, memory[self.memory.hold], time, opened)
 
+    def _object_start(self, now: Now, hands: tuple[Array, Array], found: FoundObject) -> Array:
+        """Returns the object's pose and velocity as measured (13): on that pose C starts."""
+        for k in (1, 2):
+            check_frame_motion(hands[k - 1], now.port(f"measured_motion_{k}"))
+        self._object_motion(*hands, found.pose[QUATERNION], found.motions[:2])
+        check_half_defined(found.motions[MEASURED_MUTUAL])
+        return found.motions[OBJECT, :FRAME_STATE_SIZE]
+
     def _check(
         self,
         now: Now,
         hands: tuple[Array, Array],
         wrenches: tuple[Array, Array],
-        state: Array,
-        motions: Array,
+        found: FoundObject,
     ) -> None:
         """Raises, by name, for what the law cannot use."""
+        self._object_start(now, hands, found)
         for k in (1, 2):
-            check_frame_motion(hands[k - 1], now.port(f"measured_motion_{k}"))
             check_signal(wrenches[k - 1], now.port(f"wrench_{k}"))
-        C, mutual = state[self.state.compliant], state[self.state.mutual]
+        C, mutual = found.state[self.state.compliant], found.state[self.state.mutual]
         self._impedance.check(now, now["desired_motion"], _NO_WRENCH, C)
-        check_half_defined(motions[MEASURED_MUTUAL])
         if self._internal is not None:
             within = Within(now, {}, {}, label=", mutual pose")
             self._internal.check(within, AT_REST, _NO_WRENCH, mutual)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -27,6 +26,7 @@ from geoimp_drake.controllers.wrist_sensor import (
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensor, WristSensorConfig
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
 
 PORTS = ("wrench", "wrench_true", "peak_reading")
 CONFIGS = {

@@ -1,26 +1,24 @@
-"""The object's part as one system is that of separate blocks: same numbers, same errors."""
+"""The object's part as one part does what its blocks do: same numbers, same errors."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.cooperation.object_control import ObjectControl
+from object_alone import ObjectAlone, object_of_blocks
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import Context, Diagram, System
 from signal_sources import Rig, Signal
-from two_arms import ControlledPair, make_controlled_pair
+from two_arms import FORMS, ControlledPair, make_controlled_pair
 
-from geoimp_drake.compilation.compiled import SWITCH, is_available
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.controllers.object_loop import make_object_loop
-from geoimp_drake.errors import OutOfDomainError, SignalError
+from geoimp_drake.controllers.object_loop import ObjectParts
+from geoimp_drake.errors import OutOfDomainError, SignalError, SingularityError
 from geoimp_drake.laws.impedance.families import FAMILIES
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.object_load import ObjectLoad
+from geoimp_drake.parts.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
-from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
-from geoimp_drake.systems.cooperation.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 from geoimp_drake.systems.frame_motion import (
     POSITION,
     QUATERNION,
@@ -28,21 +26,10 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_vector,
     pose_of,
 )
+from geoimp_drake.systems.part_system import PartSystem, system_of
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
-pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
-
 G = np.array([0.0, 0.0, -9.81])
-BLOCKS = (
-    "kinematics",
-    "impedance",
-    "references",
-    "internal_impedance",
-    "grasp_monitor",
-    "hold",
-    "last_reference_motion_1",
-    "last_reference_motion_2",
-)
 STEPS = 50
 SAME = 1e-11  # relative to the largest entry of a port
 
@@ -57,12 +44,12 @@ class Case:
     scale: np.ndarray | None = None
     options: dict = field(default_factory=dict)
 
-    def config(self, fused: bool) -> CooperativeControllerConfig:
+    def config(self, form: str) -> CooperativeControllerConfig:
         config = CooperativeControllerConfig()
         # Quicker than the defaults, so that something happens in some steps.
         config.impedance.translation.damping = np.array(300.0)
         self.change(config)
-        config.form = "compiled" if fused else "blocks"
+        config.form = form
         return config
 
 
@@ -168,11 +155,11 @@ def object_pose(options: dict) -> RigidTransform:
     return pose_of(make_controlled_pair(lambda t: at_rest, **options).read("object_motion"))
 
 
-def controlled_pair(case: Case, *, fused: bool) -> ControlledPair:
+def controlled_pair(case: Case, form: str) -> ControlledPair:
     move = MotionSegment(0.2, np.array([0.01, -0.02, 0.015]), np.array([0.01, 0.02, -0.01]))
     desired = DesiredMotion(object_pose(case.options), [move])
     wrenches = pretended(1.0), pretended(-1.0)
-    pair = make_controlled_pair(desired.evaluate, case.config(fused), wrenches, **case.options)
+    pair = make_controlled_pair(desired.evaluate, case.config(form), wrenches, **case.options)
     if case.scale is not None:
         context = pair.controller.GetMyMutableContextFromRoot(pair.simulator.get_mutable_context())
         pair.controller.GetInputPort("stiffness_scale").FixValue(context, case.scale)
@@ -180,16 +167,14 @@ def controlled_pair(case: Case, *, fused: bool) -> ControlledPair:
 
 
 def both_forms(case: Case) -> tuple[ControlledPair, ControlledPair]:
-    fused, separate = (controlled_pair(case, fused=form) for form in (True, False))
-    assert isinstance(fused.controller, CooperativeControl)
-    assert isinstance(separate.controller, Diagram)
-    for name in ("object", "arm_1", "arm_2"):
-        assert isinstance(separate.controller.GetSubsystemByName(name), Diagram)
-    return fused, separate
+    compiled, blocks = (controlled_pair(case, form) for form in ("compiled", "blocks"))
+    assert isinstance(compiled.controller, PartSystem)
+    assert isinstance(blocks.controller, Diagram)
+    return compiled, blocks
 
 
-def assert_the_same(fused: ControlledPair, separate: ControlledPair) -> None:
-    assert largest_difference(everything(fused), everything(separate)) < SAME
+def assert_the_same(compiled: ControlledPair, blocks: ControlledPair) -> None:
+    assert largest_difference(everything(compiled), everything(blocks)) < SAME
 
 
 @every_case
@@ -211,7 +196,7 @@ def test_cases_differ() -> None:
     """Of the comparison: what is configured shows in 20 steps."""
     seen: list[dict[str, np.ndarray]] = []
     for name in ("default", "constant mutual pose", "printed", "load", "weight", "scaled"):
-        pair = controlled_pair(CASES[name], fused=True)
+        pair = controlled_pair(CASES[name], "compiled")
         pair.simulator.AdvanceTo(0.02)
         seen.append(everything(pair))
     for k, ours in enumerate(seen):
@@ -256,16 +241,22 @@ def hand(k: int, angle: float = 0.0) -> np.ndarray:
     return motion
 
 
-def fed(case: Case, *, fused: bool = True, **signals: Signal | np.ndarray) -> Rig:
-    system = make_object_loop(case.config(fused), G)
-    given: dict[str, Signal | np.ndarray] = {
-        "desired_motion": frame_motion_at_rest(RigidTransform([0.1, 0.35, 0.2])),
-        "measured_motion_1": hand(0),
-        "measured_motion_2": hand(1, 0.3),
-        "wrench_1": pretended(1.0),
-        "wrench_2": pretended(-1.0),
-    }
-    return Rig(system, {**given, **signals})
+GOOD: dict[str, Signal | np.ndarray] = {
+    "desired_motion": frame_motion_at_rest(RigidTransform([0.1, 0.35, 0.2])),
+    "wrench_1": pretended(1.0),
+    "wrench_2": pretended(-1.0),
+    "measured_motion_1": hand(0),
+    "measured_motion_2": hand(1, 0.3),
+}
+
+
+def fed(case: Case, form: str = "compiled", **signals: Signal | np.ndarray) -> Rig:
+    config = case.config(form)
+    parts = ObjectParts.of(config, G)
+    if form == "blocks":
+        return Rig(object_of_blocks(parts), {**GOOD, **signals})
+    part = ObjectAlone(parts.held_object(), config.sampling.period)
+    return Rig(system_of(part), {**GOOD, **signals})
 
 
 def moving_hand(k: int) -> Signal:
@@ -281,7 +272,7 @@ def moving_hand(k: int) -> Signal:
 @every_case
 def test_alone_it_is_the_same(name: str) -> None:
     hands = {f"measured_motion_{k + 1}": moving_hand(k) for k in range(2)}
-    rigs = [fed(CASES[name], fused=fused, **hands) for fused in (True, False)]
+    rigs = [fed(CASES[name], form, **hands) for form in FORMS]
     for time in (0.0, 0.001, 0.002, 0.05):
         said = []
         for rig in rigs:
@@ -290,19 +281,12 @@ def test_alone_it_is_the_same(name: str) -> None:
             own = rig.system.GetMyContextFromRoot(rig.simulator.get_context())
             said.append(ports(rig.system, own))
         assert largest_difference(*said) < SAME
-    states = [
-        rig.simulator.get_context().get_continuous_state_vector().CopyToVector() for rig in rigs
-    ]
-    np.testing.assert_allclose(states[0][: len(states[1])], states[1], atol=SAME)
-    assert len(states[0]) == 26
 
 
 def test_a_stiffness_that_changes_on_the_way_is_followed() -> None:
     rigs = [
-        fed(
-            Case(), fused=fused, stiffness_scale=lambda t: np.array([1.0 + 90.0 * t, 1.0 - 9.0 * t])
-        )
-        for fused in (True, False)
+        fed(Case(), form, stiffness_scale=lambda t: np.array([1.0 + 90.0 * t, 1.0 - 9.0 * t]))
+        for form in FORMS
     ]
     energies = []
     for rig in rigs:
@@ -324,7 +308,7 @@ def test_a_grasp_that_opens_is_the_same(after: str, caplog) -> None:
         config.opened = ReferenceHoldConfig(after, 0.01, 0.02, 0.05, 0.05)
 
     hands = {f"measured_motion_{k + 1}": moving_hand(k) for k in range(2)}
-    rigs = [fed(Case(quick), fused=fused, wrench_2=let_go, **hands) for fused in (True, False)]
+    rigs = [fed(Case(quick), form, wrench_2=let_go, **hands) for form in FORMS]
     passed: list[np.ndarray] = []
     for time in (0.03, *np.arange(0.031, 0.04, 1e-3), 0.06, 0.1):
         with caplog.at_level("WARNING", logger="drake"):
@@ -357,15 +341,6 @@ def breaking(good: Signal | np.ndarray, index: int, bad: float) -> Signal:
     return signal
 
 
-GOOD: dict[str, Signal | np.ndarray] = {
-    "desired_motion": frame_motion_at_rest(RigidTransform([0.1, 0.35, 0.2])),
-    "wrench_1": pretended(1.0),
-    "wrench_2": pretended(-1.0),
-    "measured_motion_1": hand(0),
-    "measured_motion_2": hand(1, 0.3),
-}
-
-
 @pytest.mark.parametrize("name", ["default", "constant mutual pose", "prescribed", "load"])
 @pytest.mark.parametrize("port", GOOD)
 def test_a_value_that_cannot_be_is_refused_by_port_and_number(port: str, name: str) -> None:
@@ -394,21 +369,21 @@ def facing_then_turned(angle: float) -> Signal:
 
 
 @pytest.mark.parametrize("name", ["default", "constant mutual pose"])
-@pytest.mark.parametrize("fused", [True, False])
-def test_hands_that_turn_almost_a_whole_turn_are_refused(name: str, fused: bool) -> None:
-    rig = fed(CASES[name], fused=fused, measured_motion_2=facing_then_turned(350.0))
+@pytest.mark.parametrize("form", FORMS)
+def test_hands_that_turn_almost_a_whole_turn_are_refused(name: str, form: str) -> None:
+    rig = fed(CASES[name], form, measured_motion_2=facing_then_turned(350.0))
     assert rig.advance(0.01).read("mutual_motion")[0] == pytest.approx(np.cos(np.deg2rad(175.0)))
-    rig = fed(CASES[name], fused=fused, measured_motion_2=facing_then_turned(357.0))
+    rig = fed(CASES[name], form, measured_motion_2=facing_then_turned(357.0))
     with pytest.raises(OutOfDomainError, match=r"ϑ_21 = 357\.0°"):
         rig.advance(0.01)
 
 
-@pytest.mark.parametrize("fused", [True, False])
-def test_references_that_turn_almost_a_whole_turn_are_refused(fused: bool) -> None:
+@pytest.mark.parametrize("form", FORMS)
+def test_references_that_turn_almost_a_whole_turn_are_refused(form: str) -> None:
     """By a moment that the internal stiffness cannot hold; the hands do not move."""
     moment = np.array([400.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     hands = {"measured_motion_2": hand(1, np.pi), "wrench_1": -moment, "wrench_2": moment}
-    rig = fed(CASES["default"], fused=fused, **hands)
+    rig = fed(CASES["default"], form, **hands)
 
     def run(until: float) -> None:
         for time in np.arange(rig.simulator.get_context().get_time(), until, 0.001):
@@ -417,6 +392,49 @@ def test_references_that_turn_almost_a_whole_turn_are_refused(fused: bool) -> No
     run(0.01)
     with pytest.raises(OutOfDomainError, match="ϑ_21"):
         run(1.0)
+
+
+# A half turn to a pitch of 90°: in the domain of no family but the quaternion.
+TURNED = frame_motion_at_rest(RigidTransform([0.1, 0.35, 0.2]))
+TURNED[QUATERNION] = np.array([0.0, 1.0, 0.0, 1.0]) / np.sqrt(2.0)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("family", FAMILIES)
+def test_an_attitude_outside_the_familys_domain_is_refused_by_name(family: str, form: str) -> None:
+    def chosen(config: CooperativeControllerConfig) -> None:
+        config.impedance.orientation = family
+
+    hands = {"measured_motion_2": hand(1)}
+    later = fed(Case(chosen), form, desired_motion=away_after(0.005), **hands).advance(0.004)
+    at_once = fed(Case(chosen), form, desired_motion=TURNED, **hands)
+    if family == "quaternion":
+        later.advance(0.01)
+        at_once.advance(0.01)
+        return
+    row = family.removeprefix("angle-axis-")
+    kind = SingularityError if row == family else OutOfDomainError
+    with pytest.raises(kind, match=rf"{row}[,:]"):
+        later.advance(0.01)
+    with pytest.raises(kind, match=rf"{row}[,:]"):
+        at_once.simulator.Initialize()
+    with pytest.raises(kind, match=rf"{row}[,:]"):
+        fed(Case(chosen), form, desired_motion=TURNED, **hands).read("compliant_motion")
+
+
+def away_after(time: float) -> Signal:
+    good = GOOD["desired_motion"]
+    return lambda t: TURNED if t > time else good
+
+
+def test_hands_too_far_from_the_prescribed_grasp_are_refused_whatever_the_family() -> None:
+    def chosen(config: CooperativeControllerConfig) -> None:
+        config.impedance.orientation = "angle-axis-sin"
+        config.mutual_pose = MutualPose(np.array([0.0, 1.0, 0.0, 0.0]))
+
+    turned = hand(1, np.deg2rad(357.0))
+    with pytest.raises(OutOfDomainError, match=r"ϑ_21 = 357\.0°"):
+        fed(Case(chosen), measured_motion_2=turned).simulator.Initialize()
 
 
 def too_stiff(config: CooperativeControllerConfig) -> None:
@@ -434,25 +452,6 @@ def test_a_mutual_pose_that_diverges_is_refused_with_what_to_do() -> None:
         fed(Case(printed), **pulls).advance(0.1)
 
 
-@pytest.mark.parametrize("family", sorted(set(FAMILIES) - {"quaternion"}))
-def test_blocks_are_separate_for_another_orientation_family(family: str) -> None:
-    config = CooperativeControllerConfig(form="compiled")
-    config.impedance.orientation = family
-    assert names_of(make_object_loop(config, G)) == BLOCKS
-
-
-def test_blocks_are_separate_where_laws_are_not_compiled(monkeypatch) -> None:
-    config = CooperativeControllerConfig(form="compiled")
-    assert isinstance(make_object_loop(config, G), ObjectControl)
-    monkeypatch.setenv(SWITCH, "0")
-    assert names_of(make_object_loop(config, G)) == BLOCKS
-
-
-def names_of(system: System) -> tuple[str, ...]:
-    assert isinstance(system, Diagram)
-    return tuple(block.get_name() for block in system.GetSystems())
-
-
 def test_contexts_do_not_meet() -> None:
     """What the law writes is kept in the context, one for each."""
     rig = fed(Case()).advance(0.01)
@@ -468,8 +467,8 @@ def test_contexts_do_not_meet() -> None:
 
 def test_inputs_of_both_forms_are_the_same() -> None:
     inputs = []
-    for fused in (True, False):
-        system = make_object_loop(Case().config(fused), G)
+    for form in FORMS:
+        system = fed(Case(), form).system
         all_inputs = map(system.get_input_port, range(system.num_input_ports()))
-        inputs.append([(port.get_name(), port.size()) for port in all_inputs])
+        inputs.append({(port.get_name(), port.size()) for port in all_inputs})
     assert inputs[0] == inputs[1]

@@ -1,4 +1,4 @@
-"""Two arms and their object as one system: what it can be, and what it says of which arm."""
+"""Two arms and their object as one part do what the blocks do, and say of which arm."""
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
@@ -6,37 +6,51 @@ from functools import cache
 
 import numpy as np
 import pytest
-from geoimp_drake.systems.arm.arm_control import ArmControl
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.cooperation.object_control import ObjectControl
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, System
 from signal_sources import Rig, Signal
-from two_arms import ControlledPair, add_arms, make_controlled_pair
+from two_arms import FORMS, ControlledPair, add_arms, make_controlled_pair
 
-from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.compilation.compiled import SWITCH, is_available
+from geoimp_drake.compilation.compiled import SWITCH
+from geoimp_drake.controllers import forms
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.controllers.inner_loop import arm_blocks
-from geoimp_drake.controllers.object_loop import object_blocks
-from geoimp_drake.errors import SignalError
-from geoimp_drake.systems.cooperation.reference_hold import AFTER_HOLD, ReferenceHoldConfig
-from geoimp_drake.systems.frame_motion import POSITION, frame_motion_at_rest, pose_of
-
-pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
+from geoimp_drake.errors import OutOfDomainError, SignalError, SingularityError
+from geoimp_drake.laws.impedance.families import FAMILIES
+from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
+from geoimp_drake.parts.reference_hold import AFTER_HOLD, ReferenceHoldConfig
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.frame_motion import (
+    POSITION,
+    QUATERNION,
+    frame_motion_at_rest,
+    pose_of,
+)
 
 Change = Callable[[CooperativeControllerConfig], None]
 STEPS = 20
 SAME = 1e-11  # relative to the largest entry of a port
 
 
-def other_family(config: CooperativeControllerConfig) -> None:
-    config.impedance.orientation = "angle-axis-sin"
+def nothing(config: CooperativeControllerConfig) -> None:
+    """Leaves the defaults."""
 
 
-def other_tracking(config: CooperativeControllerConfig) -> None:
-    config.motion.orientation = "angle-axis-sin"
+def family(name: str) -> Change:
+    """Returns what chooses the orientation family of the object's impedance."""
+
+    def change(config: CooperativeControllerConfig) -> None:
+        config.impedance.orientation = name
+
+    return change
+
+
+def tracking(name: str) -> Change:
+    """Returns what chooses the orientation law of the inner loops."""
+
+    def change(config: CooperativeControllerConfig) -> None:
+        config.motion.orientation = name
+
+    return change
 
 
 def pushed(t: float) -> np.ndarray:
@@ -53,6 +67,8 @@ def start() -> RigidTransform:
 def desired(t: float) -> np.ndarray:
     motion = frame_motion_at_rest(start())
     motion[POSITION] += 0.05 * t
+    turn = quaternion.exp(np.array([8.0, -6.0, 10.0]) * t)
+    motion[QUATERNION] = quaternion.product(turn, motion[QUATERNION])
     return motion
 
 
@@ -61,8 +77,8 @@ def let_go(t: float) -> np.ndarray:
     return np.array([0.5, 0.2, -0.3, 2.0, -1.0, 64.0]) * (t < 0.0095)
 
 
-def pair_of(change: Change, fused: bool = True, second: Signal = pushed) -> ControlledPair:
-    config = CooperativeControllerConfig(form="compiled" if fused else "blocks")
+def pair_of(change: Change, form: str = "compiled", second: Signal = pushed) -> ControlledPair:
+    config = CooperativeControllerConfig(form=form)
     change(config)
     return make_controlled_pair(desired, config, (pushed, second))
 
@@ -75,36 +91,53 @@ def assert_the_same(pairs: Sequence[ControlledPair]) -> None:
         assert np.abs(ours - others).max() < SAME * max(np.abs(others).max(), 1e-2), name
 
 
-def kinds(pair: ControlledPair) -> dict[str, type[System]]:
-    assert isinstance(pair.controller, Diagram)
-    return {system.get_name(): type(system) for system in pair.controller.GetSystems()}
+def said_after(steps: int, change: Change, form: str = "compiled") -> dict[str, np.ndarray]:
+    """Returns what some ports say after a number of steps."""
+    pair = pair_of(change, form)
+    pair.simulator.AdvanceTo(steps * 1e-3)
+    ports = "compliant_motion", "displacement", "energy", "actuation_1", "actuation_2"
+    return {port: pair.read(port) for port in ports}
 
 
-THREE: dict[str, type[System]] = {"arm_1": Diagram, "arm_2": Diagram, "object": Diagram}
-MIXED = [
-    (other_family, {**THREE, "arm_1": ArmControl, "arm_2": ArmControl}),
-    (other_tracking, {**THREE, "object": ObjectControl}),
-]
-
-
-@pytest.mark.parametrize(("change", "expected"), MIXED)
-def test_what_can_be_one_system_is(change: Change, expected: dict) -> None:
-    assert kinds(pair_of(change)) == expected
-
-
-def test_it_is_one_system_unless_told_otherwise_or_not_compiled(monkeypatch) -> None:
-    assert isinstance(pair_of(lambda config: None).controller, CooperativeControl)
-    assert kinds(pair_of(lambda config: None, fused=False)) == THREE
-    monkeypatch.setenv(SWITCH, "0")
-    assert kinds(pair_of(lambda config: None)) == THREE
-
-
-@pytest.mark.parametrize("change", [change for change, _ in MIXED])
-def test_the_mixed_forms_say_the_same_as_the_blocks(change: Change) -> None:
-    pairs = [pair_of(change, fused) for fused in (True, False)]
+@pytest.mark.parametrize(
+    "change",
+    [pytest.param(family(name), id=f"impedance {name}") for name in FAMILIES]
+    + [pytest.param(tracking(name), id=f"tracking {name}") for name in ORIENTATION_LAWS],
+)
+def test_closed_loop_is_the_same_with_every_orientation_law(change: Change) -> None:
+    pairs = [pair_of(change, form) for form in FORMS]
     for pair in pairs:
         pair.simulator.AdvanceTo(STEPS * 1e-3)
     assert_the_same(pairs)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "names", "port"),
+    [(family, FAMILIES, "displacement"), (tracking, ORIENTATION_LAWS, "actuation_2")],
+)
+def test_orientation_laws_differ(
+    chosen: Callable[[str], Change], names: Sequence[str], port: str
+) -> None:
+    """Of the comparison: which law is chosen shows in 20 steps.
+
+    That of f = sin(ϑ/2) is the quaternion's.
+    """
+    seen = [said_after(STEPS, chosen(name))[port] for name in set(names) - {"angle-axis-sin-half"}]
+    for k, ours in enumerate(seen):
+        for others in seen[:k]:
+            assert np.abs(ours - others).max() > 1e-7 * np.abs(others).max()
+
+
+def test_uncompiled_it_says_the_same_with_one_warning(monkeypatch, caplog) -> None:
+    expected = said_after(3, nothing)
+    monkeypatch.setenv(SWITCH, "0")
+    forms._warn.cache_clear()
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        found = said_after(3, nothing)
+        pair_of(nothing)
+    for port, value in expected.items():
+        np.testing.assert_allclose(found[port], value, rtol=SAME, atol=SAME, err_msg=port)
+    assert sum("cannot be compiled here" in message for message in caplog.messages) == 1
 
 
 @pytest.mark.parametrize("after", AFTER_HOLD)
@@ -112,7 +145,7 @@ def test_a_grasp_that_opens_is_the_same_as_with_the_blocks(after: str) -> None:
     def quick(config: CooperativeControllerConfig) -> None:
         config.opened = ReferenceHoldConfig(after, 0.01, 0.005, 0.05, 0.02)
 
-    pairs = [pair_of(quick, fused, let_go) for fused in (True, False)]
+    pairs = [pair_of(quick, form, let_go) for form in FORMS]
     for time in (0.015, 0.025, 0.06):
         for pair in pairs:
             pair.simulator.AdvanceTo(time)
@@ -121,28 +154,20 @@ def test_a_grasp_that_opens_is_the_same_as_with_the_blocks(after: str) -> None:
     np.testing.assert_array_equal(pairs[0].read("release"), [float(after == "release"), 0.0])
 
 
-def test_ports_of_all_forms_are_the_same() -> None:
-    def names(pair: ControlledPair) -> list[str]:
-        system = pair.controller
+def test_ports_of_both_forms_are_the_same() -> None:
+    def ports(form: str) -> list[tuple[str, int]]:
+        system = pair_of(nothing, form).controller
         inputs = map(system.get_input_port, range(system.num_input_ports()))
         outputs = map(system.get_output_port, range(system.num_output_ports()))
-        return [port.get_name() for port in (*inputs, *outputs)]
+        return sorted((port.get_name(), port.size()) for port in (*inputs, *outputs))
 
-    changes: list[Change] = [lambda config: None, other_family, other_tracking]
-    forms = [names(pair_of(change)) for change in changes]
-    forms.append(names(pair_of(lambda config: None, fused=False)))
-    assert all(form == forms[0] for form in forms)
+    assert ports("compiled") == ports("blocks")
 
 
-def alone(changes: Mapping[str, Callable]) -> Rig:
+def alone(changes: Mapping[str, Callable], change: Change = nothing) -> Rig:
     """Returns the system between sources, some of them changed."""
-    plant = MultibodyPlant(1e-3)
-    pair, config = add_arms(plant), CooperativeControllerConfig()
-    settings = config.motion, config.sampling, config.redundancy_1
-    arms = [
-        arm_blocks(ControlModel.of_arm(plant, arm, E), *settings)
-        for arm, E in zip(pair.arms, pair.frames, strict=True)
-    ]
+    pair, config = add_arms(MultibodyPlant(1e-3)), CooperativeControllerConfig(form="compiled")
+    change(config)
     signals: dict[str, Signal | np.ndarray] = {
         "desired_motion": desired,
         "wrench_1": pushed,
@@ -151,7 +176,7 @@ def alone(changes: Mapping[str, Callable]) -> Rig:
     for k, q in enumerate(pair.postures, 1):
         signals[f"estimated_state_{k}"] = np.concatenate((q, np.zeros_like(q)))
     given = {name: change(signals[name]) for name, change in changes.items()}
-    return Rig(CooperativeControl(object_blocks(config, np.zeros(3)), arms), {**signals, **given})
+    return Rig(pair.controller(config), {**signals, **given})
 
 
 def breaking(index: int, bad: float, after: float) -> Callable:
@@ -176,6 +201,33 @@ def test_a_value_that_cannot_be_is_refused_by_port_and_number(port: str) -> None
         rig.advance(0.006)
     with pytest.raises(SignalError, match=rf"system:{port}'.*4: nan"):
         alone({port: breaking(4, np.nan, -1.0)}).simulator.Initialize()
+
+
+@pytest.mark.parametrize("name", ORIENTATION_LAWS)
+def test_a_reference_outside_the_domain_of_the_inner_law_is_refused_by_name(name: str) -> None:
+    """C is D here, which turns to a pitch of 90° by half a turn: too far for each but one."""
+
+    def chosen(config: CooperativeControllerConfig) -> None:
+        tracking(name)(config)
+        config.impedance.axes = "none"
+
+    def turned(good: Signal) -> Signal:
+        def signal(t: float) -> np.ndarray:
+            motion = good(t)
+            if t > 0.0035:
+                motion[QUATERNION] = np.array([0.0, 1.0, 0.0, 1.0]) / np.sqrt(2.0)
+            return motion
+
+        return signal
+
+    rig = alone({"desired_motion": turned}, chosen).advance(0.003)
+    if name == "quaternion":
+        rig.advance(0.006)
+        return
+    row = name.removeprefix("angle-axis-")
+    kind = SingularityError if row == name else OutOfDomainError
+    with pytest.raises(kind, match=rf"{row}[,:]"):
+        rig.advance(0.006)
 
 
 @pytest.mark.parametrize("k", [1, 2])
