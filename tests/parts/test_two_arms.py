@@ -131,7 +131,7 @@ def test_orientation_laws_differ(
 def test_uncompiled_it_says_the_same_with_one_warning(monkeypatch, caplog) -> None:
     expected = said_after(3, nothing)
     monkeypatch.setenv(SWITCH, "0")
-    forms._warn.cache_clear()
+    forms.warn_uncompiled.cache_clear()
     with caplog.at_level(logging.WARNING, logger="drake"):
         found = said_after(3, nothing)
         pair_of(nothing)

@@ -14,6 +14,7 @@ from sensor_rig import FedSensor, SensorRig, add_held_tool, random_attitudes
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor, tool_load_beyond
 from geoimp_drake.errors import ConfigurationError, ModelError, SignalError
 from geoimp_drake.parts.wrist_sensor_config import ToolLoad, WristSensorConfig
+from geoimp_drake.validation import check
 
 ATTITUDES = random_attitudes(12)
 TILTED = RigidTransform(RollPitchYaw(2.0, 0.7, -0.4), [0.5, 0.1, 0.3])
@@ -218,7 +219,7 @@ def test_a_field_that_cannot_be_used_is_named_with_its_number(fields, name, numb
 )
 def test_a_tool_that_cannot_be_is_refused(fields, name, number) -> None:
     with pytest.raises(ConfigurationError) as error:
-        ToolLoad(**fields).validate()
+        check(ToolLoad(**fields), "tool")
     assert name in str(error.value)
     assert number in str(error.value)
 
