@@ -193,15 +193,14 @@ class Impedance:
         """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
 
         Args:
-            now: the inputs, of which `stiffness_scale` needs not be connected; None for no factors.
+            now: the inputs, `stiffness_scale` among them if connected; None for no factors.
 
         Raises:
             SignalError: a factor is not positive and finite.
         """
-        factors = None if now is None else _factors(now)
-        if now is None or factors is None:
+        if now is None or not now.has("stiffness_scale"):
             return self._gains
-        p, o = factors
+        p, o = now["stiffness_scale"]
         if not (0 < p < np.inf and 0 < o < np.inf):
             raise SignalError(
                 f"Port '{now.port('stiffness_scale')}' got {p:g} and {o:g}; both factors must "
@@ -251,7 +250,7 @@ class Impedance:
             C: motion of C (19,).
             wrench: at the end effector (6,).
         """
-        D, factors = now["desired_motion"], _factors(now)
+        D = now["desired_motion"]
         energy = ImpedanceEnergy(
             np.array(
                 [
@@ -261,9 +260,10 @@ class Impedance:
                 ]
             )
         )
-        if factors is not None:
-            energy.translational_potential *= factors[0]
-            energy.rotational_potential *= factors[1]
+        if now.has("stiffness_scale"):
+            p, o = now["stiffness_scale"]
+            energy.translational_potential *= p
+            energy.rotational_potential *= o
         return np.asarray(energy)
 
     def _write_displacement(self, now: Now, value: Array) -> None:
@@ -300,11 +300,3 @@ class Impedance:
             self._rotation.supplied_power(*relative, wrench[:3]),
             self._rotation.dissipated_power(*relative),
         )
-
-
-def _factors(now: Now) -> Array | None:
-    """Returns the factors of K_p and K_o (2,), or None for one each."""
-    if not now.has("stiffness_scale"):
-        return None
-    factors: Array = now["stiffness_scale"]
-    return factors
