@@ -8,8 +8,9 @@ from geoimp_drake.laws.compositions.object_control import HANDS
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.held_object import FoundObject, HeldObject
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import Memory, Now, Output, Within, held, nested
+from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST
+from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
 
