@@ -139,8 +139,6 @@ class HeldObject:
                 Output(f"reference_motion_{k + 1}", FRAME_MOTION_SIZE, _motion(row), found)
                 for k, row in enumerate(range(HANDS.start, HANDS.stop))
             ),
-            held("last_reference_motion_1", nested(place, self.memory.reference_1)),
-            held("last_reference_motion_2", nested(place, self.memory.reference_2)),
         ]
         if self._watch is not None:
             hold = self._watch[1]
