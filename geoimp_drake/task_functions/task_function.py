@@ -60,7 +60,7 @@ class TaskFunction(Protocol):
 
 
 class NoTask:
-    """w = 0: the internal motion is damped towards rest."""
+    """w = 0: the null-space motion is damped towards rest."""
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns zeros."""
