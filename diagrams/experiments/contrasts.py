@@ -1,4 +1,4 @@
-"""What runs of one experiment with different settings are compared in, and claims across them."""
+"""How runs of one experiment with different settings are compared, and claims across them."""
 
 from collections.abc import Mapping
 from typing import Any

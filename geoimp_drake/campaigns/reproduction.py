@@ -119,7 +119,7 @@ class Reproduction:
 
     Attributes:
         studies: the experiments with their runs.
-        duration: simulated time that was asked for instead of the scenarios' own [s].
+        duration: simulated time that was requested instead of the scenarios' own [s].
     """
 
     studies: tuple[StudyResult, ...]

@@ -133,7 +133,7 @@ class Impedance:
         """Writes the motion of C, accelerations included.
 
         Args:
-            now: tells the factors of the stiffness, and names the ports.
+            now: has the stiffness factors and the ports' names.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).
@@ -149,7 +149,7 @@ class Impedance:
             self.check(now, desired, wrench, state)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion: that of the law is."""
+        """Starts C, or keeps its normalized quaternion."""
         self.keep(memory, state, now, now.output("compliant_motion"))
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
@@ -193,7 +193,7 @@ class Impedance:
         """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
 
         Args:
-            now: the inputs, of which `stiffness_scale` needs not be connected; None for no factors.
+            now: the inputs, `stiffness_scale` does not have to be connected; None for no factors.
 
         Raises:
             SignalError: a factor is not positive and finite.
@@ -213,10 +213,10 @@ class Impedance:
         return translation, rotation, *self._gains[2:]
 
     def check(self, now: Now, desired: Array, wrench: Array, state: Array) -> None:
-        """Raises, by name, for what the law cannot use.
+        """Raises an error, with the port's name, if the law cannot use a signal.
 
         Args:
-            now: names the ports.
+            now: has the ports' names.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).

@@ -1,4 +1,4 @@
-"""What wrist sensors do with the reaction forces of one plant."""
+"""Wrist sensors of one plant: from its reaction forces to wrenches."""
 
 import logging
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ _log = logging.getLogger("drake")
 
 _AXES = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 
-# What the plant says, as lists over its joints or bodies.
+# The plant's outputs that are lists over its joints or bodies.
 PLANT_LISTS: dict[str, type] = {
     "reaction_forces": SpatialForce,
     "body_poses": RigidTransform,
@@ -97,7 +97,7 @@ class WristSensors:
         self.samplings = ((self.period, self.sample),)
         self.outputs = [output for k in range(len(sensors)) for output in self._outputs_of(k)]
         if not reference_is_held and any(sensor.follows for sensor in self._sensors):
-            # A step that has nothing to keep is not bothered.
+            # Without references to keep there is nothing to do as a step begins.
             self.begin = self._keep_references
 
     def new_workspace(self) -> list[CountedNoise]:
@@ -123,7 +123,7 @@ class WristSensors:
             memory: of this part, moved on.
             now: of the outer part.
             place: of this part's workspace in the outer one's.
-            followed: the motions (19) that the plant's last step followed, one a sensor.
+            followed: the motions (19) that the plant's last step followed, one per sensor.
 
         Raises:
             SignalError: a reaction force or a reference is NaN or infinite.
@@ -187,7 +187,7 @@ class _Sensor:
     """One wrist sensor.
 
     Args:
-        sensor: where it sits, what it carries, how it reads.
+        sensor: its mounting, its tool and its configuration.
         suffix: of its ports.
 
     Attributes:
@@ -289,7 +289,7 @@ class _Sensor:
             self._check(now, motion, reaction)
 
     def _warn(self, now: Now, raw: Array, before: Array, peak: Array) -> None:
-        """Says which axis leaves its range, the first time that it does."""
+        """Warns which axis leaves its range, the first time that it does."""
         for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
             _log.warning(
                 f"{self._name or now.system} saturates at t = {now.time:.3f} s: {_AXES[axis]} is "
@@ -344,7 +344,7 @@ def _common_period(sensors: Sequence[WristSensor]) -> float:
 
 
 def _plant_inputs(sensors: Sequence[WristSensor], all_of_them: bool) -> Mapping[str, Any]:
-    """Returns the inputs for what the plant says; `state` is there if there is a path to a tool."""
+    """Returns the inputs that the plant feeds; `state` only if there is a path to a tool."""
     states = [sensor.mounting.num_states for sensor in sensors if sensor.mounting.path is not None]
     moves = any(map(_moves_as_the_plant, sensors))
     is_needed = {"reaction_forces": True, "body_poses": len(states) < len(sensors)}

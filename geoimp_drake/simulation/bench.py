@@ -96,7 +96,7 @@ class Timing:
 def run_bench(
     cases: Sequence[BenchCase], json_file: Path | None = None, earlier: Path | None = None
 ) -> str:
-    """Times closed loops; returns a table, and what got slower since an earlier time.
+    """Times closed loops; returns a table, and what became slower since an earlier run.
 
     Args:
         cases: what is timed.
@@ -104,7 +104,7 @@ def run_bench(
         earlier: such a file, None for no comparison.
 
     Raises:
-        ConfigurationError: the earlier file is no such file; nothing has been timed.
+        ConfigurationError: the earlier file cannot be used; nothing has been timed.
     """
     before = None if earlier is None else _read(earlier)
     timings = [time_experiment(case.experiment, case.name, case.start) for case in cases]
