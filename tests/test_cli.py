@@ -87,7 +87,7 @@ def test_claims_that_a_short_run_cannot_judge_are_neither_true_nor_false(out):
     assert run(*SHORT, "--out", str(out)) == 0
     claims = json.loads((out / "metrics.json").read_text())["claims"]
     assert {claim["holds"] for claim in claims} == {None, True}
-    assert all((claim["figure"] is None) == (claim["holds"] is None) for claim in claims)
+    assert all((claim["value"] is None) == (claim["holds"] is None) for claim in claims)
 
 
 def test_options_reach_the_scenario(out, tmp_path):

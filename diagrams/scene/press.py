@@ -1,4 +1,4 @@
-"""The press test: a disk held still against a surface tells its quasi-static stiffnesses."""
+"""The press test: a disk held still against a surface measures its quasi-static stiffnesses."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class PressResult:
 
 
 class PressRig:
-    """A plant with one surface and a disk that is held where it is told.
+    """A plant with one surface and a disk that is held at a given pose.
 
     Frames: S, the undeformed surface, z outward; D, the disk, z out of its face. Where the disk is
     not tilted, D is S turned by π about x.

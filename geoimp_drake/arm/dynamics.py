@@ -24,7 +24,7 @@ __all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dyna
 
 
 class Scratch:
-    """A context of a control model's plant, made when it is first asked for; a copy has its own.
+    """A context of a control model's plant, made on first use; a copy has its own.
 
     Args:
         model: the control model.
@@ -39,7 +39,7 @@ class Scratch:
 
     @property
     def context(self) -> Context:
-        """The context, left anywhere."""
+        """The context, at any posture."""
         if self._context is None:
             self._context = self._model.plant.CreateDefaultContext()
         return self._context

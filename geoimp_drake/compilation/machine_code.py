@@ -1,6 +1,6 @@
 """Machine code of laws on disk, beside their source or in numba's folder for the user.
 
-Files that cannot be read are discarded and made anew; where none can be written, laws are compiled
+Files that cannot be read are discarded and made again; where none can be written, laws are compiled
 in every process. Machine code made from other sources of the library is not used: numba itself
 compares the file of the compiled law alone, not those of the laws that it calls.
 """

@@ -169,7 +169,7 @@ class SamplingConfig:
 
 @dataclass
 class RedundancyConfig:
-    """What an arm of more than six joints does with the rest; by default it comes to rest."""
+    """The null-space motion of an arm with more than six joints; by default damped to rest."""
 
     K_n: Array = field(default_factory=lambda: np.array(20.0))  # gain of e_n [Nms/rad, Ns/m]
     k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it

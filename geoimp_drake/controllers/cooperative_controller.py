@@ -82,7 +82,7 @@ def make_cooperative_controller(
         output compliant_motion: of C, the object's, in W (19)
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
-        output object_motion: of O in W as the joint readings tell; accelerations are zero (19)
+        output object_motion: of O in W from the joint readings; accelerations are zero (19)
         output object_wrench: by the object on its environment, about Oo, in W (6)
         output internal_wrench: ½(h_2 − h_1), in W (6)
         output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
@@ -94,15 +94,15 @@ def make_cooperative_controller(
         output last_reference_motion_1: the first when the last step began; a held state (19)
         output last_reference_motion_2: the same of the second (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
-        output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
+        output measured_motion_1: of the first hand from the readings; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
 
         With the monitor switched off there are no ports `opened` and `release`. With sensors,
-        inputs for what the plant says (`reaction_forces`, `state` and what else they read) take the
-        place of `wrench_1` and `wrench_2`, and there are outputs `wrench_1`, `wrench_true_1` and
+        inputs for the plant's outputs (`reaction_forces`, `state` and what else they read) replace
+        `wrench_1` and `wrench_2`, and there are outputs `wrench_1`, `wrench_true_1` and
         `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second, in the place of
         `last_reference_motion_1` and `_2`, which are for sensors beside it.
 
@@ -113,7 +113,7 @@ def make_cooperative_controller(
     config = config or CooperativeControllerConfig()
     check(config)
     if sensors and len(sensors) != 2:
-        raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
+        raise ConfigurationError(f"There are {len(sensors)} sensors; give one per hand, or none.")
     if len(task_functions) != 2:
         raise ConfigurationError(
             f"There are {len(task_functions)} task functions; give one for each of the two arms, "

@@ -44,8 +44,8 @@ def add_sensors(
     Args:
         builder: where they are added.
         sensors: their part.
-        wrenches: what takes each of their wrenches.
-        references: what each of their reference motions is.
+        wrenches: input ports for each of their wrenches.
+        references: output ports for each of their reference motions.
     """
     system = builder.AddNamedSystem("wrist_sensors", ForceTorqueSensors.of(sensors))
     for name, targets in wrenches.items():

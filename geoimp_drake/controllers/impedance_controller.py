@@ -1,4 +1,4 @@
-"""The impedance controller of one arm of anybody's plant: a Diagram of blocks, or one system."""
+"""The impedance controller of one arm of any plant: a Diagram of blocks, or one system."""
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
@@ -68,7 +68,7 @@ def make_impedance_controller(
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
         output compliant_motion: of C in W (19)
-        output measured_motion: of E in W as the joint readings tell; accelerations are zero (19)
+        output measured_motion: of E in W from the joint readings; accelerations are zero (19)
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
         output peak_effort: largest torque so far as a fraction of the limit (n)
@@ -77,8 +77,8 @@ def make_impedance_controller(
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
 
-        With a sensor, inputs for what the plant says (`reaction_forces`, `state` and what else it
-        reads) take the place of `wrench`, and there are outputs `wrench`, `wrench_true` and
+        With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
+        reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
         `peak_reading` as `ForceTorqueSensor` has them.
 
     Raises:

@@ -22,7 +22,7 @@ __all__ = ["InnerLoopParts", "InnerLoopPorts", "add_inner_loop", "make_inner_loo
 
 @dataclass(frozen=True)
 class InnerLoopParts:
-    """What the blocks of an inner loop are made of, and the one part that does their work."""
+    """The parts of an inner loop's blocks; `loop` makes the one part with the same laws."""
 
     model: ControlModel
     readings: Readings

@@ -27,7 +27,7 @@ __all__ = ["ObjectLoopPorts", "ObjectParts", "add_object_loop"]
 
 @dataclass(frozen=True)
 class ObjectParts:
-    """What the blocks between hands and their references are made of."""
+    """The parts of the blocks between the hands and their references."""
 
     impedance: Impedance
     internal: Impedance | None  # None for a constant mutual pose
@@ -55,7 +55,7 @@ class ObjectParts:
         )
 
     def held_object(self) -> HeldObject:
-        """Returns the one part that does the work of all."""
+        """Returns the one part with the laws of all blocks."""
         return HeldObject(self.impedance, self.internal, self.grasp, self.load, self.watch)
 
 

@@ -1,4 +1,4 @@
-"""A wrist force sensor in one line: from a weld joint of anybody's plant to the wrench signal."""
+"""A wrist force sensor in one line: from a weld joint of any plant to the wrench signal."""
 
 from collections.abc import Sequence
 
@@ -134,7 +134,7 @@ def wrist_sensor_at(
     initial_wrench: Array | None = None,
     name: str = "",
 ) -> WristSensor:
-    """Returns what a sensor that reads a weld joint of `plant` has to know.
+    """Returns the description of a sensor that reads a weld joint of `plant`.
 
     Args:
         plant: finalized.

@@ -1,4 +1,4 @@
-"""Noise that depends on a seed and on a sample's number, and on no draw before."""
+"""Noise that depends on a seed and a sample's number, not on earlier draws."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ __all__ = ["CountedNoise"]
 class CountedNoise:
     """Draws standard normal numbers that are a function of the seed and a count.
 
-    They are those of a new `Philox(key=seed, counter=[0, 0, 0, count])`. To construct one for every
-    sample is slow, so that one generator is kept and its whole state is set before each draw.
+    They are those of a new `Philox(key=seed, counter=[0, 0, 0, count])`. Constructing one for
+    every sample is slow, so one generator is kept and its whole state is set before each draw.
 
     Args:
         seed: not negative, below 2¹²⁸.

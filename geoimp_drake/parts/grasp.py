@@ -1,4 +1,4 @@
-"""The grasp's mutual pose: where the second hand is from the first."""
+"""The grasp's mutual pose: that of the second hand relative to the first."""
 
 from dataclasses import dataclass, field
 
@@ -26,7 +26,7 @@ __all__ = ["GraspPose", "HandReferences", "MutualPose"]
 
 @dataclass
 class MutualPose:
-    """Where the second hand is from the first, as the grasp's geometry and calibration say."""
+    """The second hand's pose relative to the first, from the grasp's geometry and calibration."""
 
     quaternion: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))  # ¹Q_21
     position: Array = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))  # ᵒΔp_21 [m]
@@ -109,11 +109,11 @@ class HandReferences:
         )
 
     def settle(self, memory: Array, now: Now) -> None:
-        """Remembers the grasp at the start: the joints have been read."""
+        """Remembers the grasp at the start, after the joints have been read."""
         memory[:] = self._pose(memory, now)
 
     def new_found(self) -> Array:
-        """Returns where the motions of both hands are written (2, 19)."""
+        """Returns an array for the motions of both hands (2, 19)."""
         return np.empty((2, FRAME_MOTION_SIZE))
 
     def find(self, now: Now, found: Array) -> None:

@@ -38,7 +38,7 @@ _NO_WRENCH = np.zeros(6)
 
 
 class FoundObject:
-    """What one evaluation of the law gives, and what of memory and inputs it took.
+    """The results of one evaluation of the law, and the memory and inputs that it used.
 
     Attributes:
         motions: (6, 19), see laws/compositions/object_control.py.
@@ -61,14 +61,14 @@ class FoundObject:
 
 
 class HeldObject:
-    """What six blocks do, connected with each other, in one compiled call for a state.
+    """Evaluates the laws of six connected blocks in one compiled call.
 
         CooperativeKinematics ─▶ ImpedanceIntegrator ─▶ CooperativeReferenceGenerator
                               ─▶ InternalImpedance   ─▶               │
                                          GraspMonitor ─▶ ReferenceHold ◀┘
 
-    with the same laws (laws/compositions/object_control.py), and one call for a sample of the
-    wrenches. It is a piece of `TwoArms`, whose `FoundObject` its outputs are written from.
+    The laws are the blocks' own (laws/compositions/object_control.py); a sample of the wrenches
+    takes a second call. It is a piece of `TwoArms`, whose outputs come from the `FoundObject`.
 
     The continuous state is that of C, then that of the mutual pose of the references. Both start
     with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
@@ -79,10 +79,10 @@ class HeldObject:
         internal: the impedance between the hands; None for a constant mutual pose.
         grasp: the mutual pose of the grasp.
         load: of the object.
-        watch: over the grasps, and what follows when one has opened; None for neither.
+        watch: over the grasps, and what the hands do when one opens; None for neither.
 
     Attributes:
-        last_motion: where in the memory the motion of C is when the last step began.
+        last_motion: place in the memory of C's motion when the last step began.
     """
 
     def __init__(
@@ -211,7 +211,7 @@ class HeldObject:
             self._rest(self._watch[1], memory, now.time, found.motions[HANDS])
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, mutual pose and grasp, or normalizes their quaternions: those found are."""
+        """Starts C, mutual pose and grasp, or keeps their normalized quaternions."""
         found: FoundObject = now.found
         C, hands = found.motions[COMPLIANT], found.motions[HANDS]
         state[:] = found.state
@@ -234,7 +234,7 @@ class HeldObject:
         watch.take(memory[self.memory.watch], *wrenches, now)
 
     def _rest(self, hold: Hold, memory: Array, time: float, references: Array) -> None:
-        """Writes how the hands move since they are held."""
+        """Writes the hands' motions after the hold."""
         opened = memory[self._opened]
         for k, reference in enumerate(references, 1):
             reference[:] = hold.motion(k, memory[self.memory.hold], time, opened)
@@ -254,7 +254,7 @@ class HeldObject:
         wrenches: tuple[Array, Array],
         found: FoundObject,
     ) -> None:
-        """Raises, by name, for what the law cannot use."""
+        """Raises an error, with the port's name, if the law cannot use a signal."""
         self._object_start(now, hands, found)
         for k in (1, 2):
             check_signal(wrenches[k - 1], now.port(f"wrench_{k}"))

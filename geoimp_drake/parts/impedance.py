@@ -124,7 +124,7 @@ class Impedance:
         """Writes the motion of C, accelerations included.
 
         Args:
-            now: tells the factors of the stiffness, and names the ports.
+            now: has the stiffness factors and the ports' names.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).
@@ -140,7 +140,7 @@ class Impedance:
             self.check(now, desired, wrench, state)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion: that of the law is."""
+        """Starts C, or keeps its normalized quaternion."""
         self.keep(memory, state, now, now.output("compliant_motion"))
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
@@ -203,10 +203,10 @@ class Impedance:
         return translation, rotation, *self._gains[2:]
 
     def check(self, now: Now, desired: Array, wrench: Array, state: Array) -> None:
-        """Raises, by name, for what the law cannot use.
+        """Raises an error, with the port's name, if the law cannot use a signal.
 
         Args:
-            now: names the ports.
+            now: has the ports' names.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).

@@ -30,8 +30,8 @@ class _Found:
 class ImpedanceController:
     """Makes the end effector of an arm compliant: `ImpedanceIntegrator` and the inner loop.
 
-    What the blocks of `make_impedance_controller` do, connected with each other, with the same laws
-    and the same numbers, and with fewer calls from C++ into Python.
+    Laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls from
+    C++ into Python.
 
     Args:
         impedance: of the end effector.
@@ -50,7 +50,7 @@ class ImpedanceController:
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
         output compliant_motion: of C in W (19)
-        output measured_motion: of E in W as the joint readings tell; accelerations are zero (19)
+        output measured_motion: of E in W from the joint readings; accelerations are zero (19)
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
         output peak_effort: largest torque so far as a fraction of the limit (n)
@@ -59,7 +59,7 @@ class ImpedanceController:
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
 
-        With a sensor, inputs for what the plant says take the place of `wrench`, and there are
+        With a sensor, inputs for the plant's outputs replace `wrench`, and there are
         outputs `wrench`, `wrench_true`, `peak_reading`; see `ForceTorqueSensor`.
     """
 
@@ -126,7 +126,7 @@ class ImpedanceController:
         _ = now.found
 
     def new_found(self) -> _Found:
-        """Returns where the motion of C is written."""
+        """Returns what the motion of C is written to."""
         return _Found()
 
     def find(self, now: Now, found: _Found) -> None:
@@ -167,7 +167,7 @@ class ImpedanceController:
         return memory
 
     def _of_sensor(self, now: Now) -> Within:
-        """Returns what the sensor is given: the plant's last step followed C's last motion."""
+        """Returns the sensor's inputs; the plant's last step followed the last motion of C."""
         memory = now.memory
         given = {"reference_motion": memory[self._last]}
         return Within(now, {}, given, memory[self.memory.sensor], place=1)
@@ -195,7 +195,7 @@ class ImpedanceController:
         _, value[:] = self._report(now)
 
     def _report(self, now: Now) -> tuple[Array, float]:
-        """Returns e_n and w; of six joints there are none, singular or not."""
+        """Returns e_n and w, both zero for six joints, even at a singularity."""
         n = self._loop.model.num_joints
         if not self._loop.is_redundant:
             return np.zeros(n), 0.0

@@ -26,13 +26,13 @@ __all__ = ["InnerLoop"]
 
 
 class InnerLoop:
-    """What five blocks do, connected one after the other, in one compiled call.
+    """Evaluates the laws of five blocks in series in one compiled call.
 
         JointReadings ─▶ ArmModel ─▶ MotionController ─▶ RedundancyResolver
                                                       ─▶ InverseDynamicsInnerLoop
 
-    with the same laws (laws/compositions/arm_torque.py). It is a piece of other parts: its inputs
-    are `estimated_state`, `reference_motion` and `wrench`.
+    The laws are the blocks' own (laws/compositions/arm_torque.py). It is a piece of other parts;
+    its inputs are `estimated_state`, `reference_motion` and `wrench`.
 
     Args:
         model: the arm.
@@ -81,7 +81,7 @@ class InnerLoop:
         return Scratch(self.model)
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the first reading; the posture from which targets may start is that one."""
+        """Takes the first reading, whose posture is the one from which targets may start."""
         self.readings.start(memory[self.memory.readings], now, self._port)
         q = memory[self.memory.readings][self.model.state_order[: self.model.num_joints]]
         self._null_space.keep_start(memory[self.memory.posture], q)
@@ -105,11 +105,11 @@ class InnerLoop:
         return memory
 
     def write_motion(self, memory: Array, now: Now, motion: Array) -> None:
-        """Writes the motion of E in W that the reading tells, accelerations zero.
+        """Writes the motion of E in W from the reading, with zero accelerations.
 
         Args:
             memory: of this part, with a reading.
-            now: names the ports.
+            now: has the ports' names.
             motion: where to write (19).
 
         Raises:
@@ -125,7 +125,7 @@ class InnerLoop:
         """Writes the torques; returns e_n and w, both zero for six joints.
 
         Args:
-            now: tells the time, and names the ports.
+            now: has the time and the ports' names.
             memory: of this part, with a reading.
             reference: motion of the frame to be tracked (19).
             wrench: h by the end effector on the environment (6).
@@ -159,7 +159,7 @@ class InnerLoop:
 
         Args:
             memory: of this part, with a reading.
-            now: names the ports.
+            now: has the ports' names.
 
         Raises:
             SignalError: the reading is NaN or infinite.
@@ -172,8 +172,8 @@ class InnerLoop:
 
         Args:
             memory: of this part, moved on.
-            torque: asked for, in the order of the actuators (n) [Nm, N].
-            now: whose time and system are named.
+            torque: requested, in the order of the actuators (n) [Nm, N].
+            now: has the time and the system's name.
         """
         saturated = self._saturation.compare(memory[self.memory.peak], torque)
         if len(saturated):
@@ -201,7 +201,7 @@ class InnerLoop:
             raise
 
     def _check(self, now: Now, readings: Array, reference: Array, wrench: Array) -> None:
-        """Raises SignalError, by name, for what the law cannot use."""
+        """Raises SignalError, with the port's name, if the law cannot use a signal."""
         check_signal(readings[self.readings.memory.reading], now.port(self._port))
         check_frame_motion(reference, now.port(self._names["reference_motion"]))
         check_signal(wrench, now.port(self._names["wrench"]))

@@ -1,4 +1,4 @@
-"""Joint readings as a laboratory takes them: sampled positions, velocities by differencing."""
+"""Joint readings: sampled positions, with measured or differenced velocities."""
 
 import numpy as np
 

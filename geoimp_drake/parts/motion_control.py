@@ -47,7 +47,7 @@ class MotionControl:
         self.outputs = (Output("task_acceleration", 6, self._write, tuple(self.inputs)),)
 
     def check(self, reference: Array, Q_WE: Array, port: str) -> None:
-        """Raises, by name, for a reference that the law cannot use.
+        """Raises an error, with the port's name, if the law cannot use a reference.
 
         Args:
             reference: motion of the frame to be tracked (19,).

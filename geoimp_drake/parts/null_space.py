@@ -82,9 +82,9 @@ class NullSpace:
 
         Args:
             memory: of this object (n,).
-            now: whose time it is; the workspace is a `Scratch` of the model.
+            now: has the time; its workspace is a `Scratch` of the model.
             x: [q; v] (2n,) in the model's order.
-            evaluate: returns the arm, if the task function asks for it.
+            evaluate: returns the arm, for a task function that uses it.
         """
         n = len(self._none)
         if self._is_idle:

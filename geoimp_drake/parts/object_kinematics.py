@@ -1,4 +1,4 @@
-"""What two hands tell about the object that they hold."""
+"""Motion and wrench of an object, from the two hands that hold it."""
 
 from collections.abc import Callable
 
@@ -50,7 +50,7 @@ class ObjectKinematics:
         )
 
     def new_found(self) -> Found:
-        """Returns where motions (2, 19) and wrenches (3, 6) are written."""
+        """Returns arrays for motions (2, 19) and wrenches (3, 6)."""
         return np.empty((2, FRAME_MOTION_SIZE)), np.empty((3, 6))
 
     def find(self, now: Now, found: Found) -> None:

@@ -1,10 +1,10 @@
-"""What a part of a controller is: named inputs, memory, state and outputs, and no Drake system.
+"""A part of a controller: named inputs, memory, state and outputs, without a Drake system.
 
-A part holds gains and compiled laws, never signals: what it remembers is in an array that it is
-given, so that one part serves any number of contexts. `systems.part_system.PartSystem` makes a
+A part holds gains and compiled laws, never signals: its memory is an array that the caller passes
+in, so one part serves any number of contexts. `systems.part_system.PartSystem` makes a
 LeafSystem of any part; a part that contains others calls them itself.
 
-A part has what the protocols below name, each of them optional but `Part`. In a class that needs
+The protocols below name what a part may have; only `Part` is required. In a class that needs
 no memory, `memory` is an empty `Memory`.
 """
 
@@ -38,7 +38,7 @@ NOTHING = np.empty(0)
 
 
 class Memory:
-    """Names for places in one vector, and what stands there at the start.
+    """Names for places in one vector, and their initial values.
 
     `Memory(reading=np.zeros(12), count=0.0)` has attributes `reading`, a slice, and `count`, an
     index: `vector[memory.reading]`. A `Memory` as a value is that of a part within.
@@ -68,7 +68,7 @@ class Memory:
 
 
 class Now(Protocol):
-    """What a part is given at an instant: its inputs by name, and what follows from them.
+    """What a part sees at one instant: inputs by name, memory, state and what follows from them.
 
     Attributes:
         time: [s].
@@ -117,7 +117,7 @@ class Output:
     Attributes:
         name: of the output.
         size: of the vector; one of 19 is a frame motion.
-        write: writes the value, given what is now and where.
+        write: writes the value; takes a `Now` and the array to write to.
         of: what it depends on: inputs, and of `memory`, `state`, `time` and `found`.
     """
 
@@ -138,13 +138,13 @@ class Output:
 
 
 def nested(*places: slice) -> slice:
-    """Returns a place in a vector of a place in it, of a place in that and so on."""
+    """Returns the place in a vector of a place within a place, and so on."""
     start = sum(place.start for place in places)
     return slice(start, start + places[-1].stop - places[-1].start)
 
 
 def held(name: str, place: slice) -> Output:
-    """Returns an output that is a place of the memory.
+    """Returns an output whose value is a place of the memory.
 
     Args:
         name: of the output.
@@ -186,7 +186,7 @@ class Starts(Protocol):
 
 @runtime_checkable
 class Settles(Protocol):
-    """A part that does something at initialization when all have started."""
+    """A part that does something at initialization, after all parts have started."""
 
     def settle(self, memory: Array, now: Now) -> None:
         """Writes the memory."""
@@ -221,7 +221,7 @@ class Checks(Protocol):
 
 @runtime_checkable
 class Finds(Protocol):
-    """A part that finds something of which several of its outputs are made.
+    """A part that computes once what several of its outputs use.
 
     Attributes:
         found_of: what it depends on, as in `Output`.
@@ -252,7 +252,7 @@ class Flows(Protocol):
 
 @runtime_checkable
 class Works(Protocol):
-    """A part that needs something to work with that is no state, such as a context of a plant."""
+    """A part that needs a workspace that is no state, such as a context of a plant."""
 
     def new_workspace(self) -> Any:
         """Returns it."""

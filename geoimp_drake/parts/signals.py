@@ -1,4 +1,4 @@
-"""Checks of what comes in at a port; each error names the port and the number."""
+"""Checks of input signals; each error names the port and the number."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ AT_REST.flags.writeable = False
 
 
 def is_set(pose: Array) -> bool:
-    """Whether a pose, or whatever begins with one, has been written: as declared it is zero.
+    """Whether a pose, or a vector that begins with one, has been written; it is declared as zero.
 
     Args:
         pose: quaternion first.

@@ -37,7 +37,7 @@ class Saturation:
 
         Args:
             memory: (n,), moved on.
-            torque: asked for, in the order of the actuators (n,) [Nm, N].
+            torque: requested, in the order of the actuators (n,) [Nm, N].
         """
         before = memory.copy()
         if not self._law(torque, self._limits, before, memory):
@@ -49,7 +49,7 @@ class Saturation:
 
         Args:
             saturated: the actuators, see `compare`.
-            torque: asked for (n,) [Nm, N].
+            torque: requested (n,) [Nm, N].
             system: the name in the warning.
             time: [s].
         """

@@ -58,15 +58,15 @@ class TwoArms:
         output last_reference_motion_1: of the first hand when the last step began (19)
         output last_reference_motion_2: of the second (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
-        output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
+        output measured_motion_1: of the first hand from the readings; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
 
-        Without a watch there are no ports `opened` and `release`. With sensors, inputs for what the
-        plant says (`reaction_forces` and `state`, or what else `ForceTorqueSensors` reads of it)
-        take the place of `wrench_1` and `wrench_2`, and there are outputs `wrench_1`,
+        Without a watch there are no ports `opened` and `release`. With sensors, inputs for the
+        plant's outputs (`reaction_forces` and `state`, or what else `ForceTorqueSensors` reads)
+        replace `wrench_1` and `wrench_2`, and there are outputs `wrench_1`,
         `wrench_true_1`, `peak_reading_1` and those of the second in the place of
         `last_reference_motion_1` and `_2`.
     """
@@ -152,7 +152,7 @@ class TwoArms:
         _ = now.found
 
     def new_found(self) -> FoundObject:
-        """Returns where the object's law writes."""
+        """Returns what the object's law writes to."""
         return FoundObject()
 
     def find(self, now: Now, found: FoundObject) -> None:
@@ -206,7 +206,7 @@ class TwoArms:
         return memory[first], memory[second]
 
     def _of_sensors(self, now: Now) -> Within:
-        """Returns what the sensors are given: the plant's last step followed these references."""
+        """Returns the reference motions that the plant's last step followed, for the sensors."""
         memory = now.memory
         first, second = self._followed
         given = {"reference_motion_1": memory[first], "reference_motion_2": memory[second]}

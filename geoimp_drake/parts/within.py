@@ -10,12 +10,12 @@ __all__ = ["Within"]
 
 
 class Within(dict[str, Any]):
-    """What a part within another one is given: a `Now` with names and places of its own.
+    """A `Now` for a part within another one, with names and places of its own.
 
     Args:
         now: what the outer part is given.
         names: of the outer part's inputs, by those of the inner one; others are the same.
-        given: what takes the place of inputs.
+        given: values that replace inputs.
         memory: of the inner part.
         state: of the inner part.
         place: of the inner part's workspace in the outer one's.

@@ -1,4 +1,4 @@
-"""A wrist sensor's errors, what hangs on it and where it sits."""
+"""A wrist sensor's errors, load and mounting."""
 
 from dataclasses import dataclass, field
 
@@ -62,7 +62,7 @@ class WristSensorConfig:
 
 @dataclass
 class ToolLoad:
-    """What hangs on a sensor besides the contact: removed from its reading."""
+    """The tool's load on a sensor, which is removed from its reading."""
 
     mass: float = 0.0  # [kg]
     centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # p_SC in S [m]
@@ -77,7 +77,7 @@ class ToolLoad:
 
 @dataclass(frozen=True)
 class SensorMounting:
-    """Where the sensor sits in its plant.
+    """Where the sensor is mounted in its plant.
 
     Frames: S the weld joint's frame on its child body; T the tool, the body on the joint's far
     side; E the end effector.
@@ -95,7 +95,7 @@ class SensorMounting:
 
 @dataclass(frozen=True)
 class WristSensor:
-    """One sensor: where it sits, what it carries, how it reads."""
+    """One sensor: its mounting, its tool and its configuration."""
 
     mounting: SensorMounting
     tool: ToolLoad

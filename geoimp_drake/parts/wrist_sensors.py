@@ -1,4 +1,4 @@
-"""What wrist sensors do with the reaction forces of one plant."""
+"""Wrist sensors of one plant: from its reaction forces to wrenches."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -20,7 +20,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["PLANT_LISTS", "WristSensors"]
 
-# What the plant says, as lists over its joints or bodies.
+# The plant's outputs that are lists over its joints or bodies.
 PLANT_LISTS: dict[str, type] = {
     "reaction_forces": SpatialForce,
     "body_poses": RigidTransform,
@@ -82,7 +82,7 @@ class WristSensors:
         self.samplings = ((self.period, self.sample),)
         self.outputs = [output for k in range(len(sensors)) for output in self._outputs_of(k)]
         if not reference_is_held and any(sensor.follows for sensor in self._sensors):
-            # A step that has nothing to keep is not bothered.
+            # Without references to keep there is nothing to do as a step begins.
             self.begin = self._keep_references
 
     def new_workspace(self) -> list[CountedNoise]:
@@ -108,7 +108,7 @@ class WristSensors:
             memory: of this part, moved on.
             now: of the outer part.
             place: of this part's workspace in the outer one's.
-            followed: the motions (19) that the plant's last step followed, one a sensor.
+            followed: the motions (19) that the plant's last step followed, one per sensor.
 
         Raises:
             SignalError: a reaction force or a reference is NaN or infinite.
@@ -181,7 +181,7 @@ def _common_period(sensors: Sequence[WristSensor]) -> float:
 
 
 def _plant_inputs(sensors: Sequence[WristSensor], all_of_them: bool) -> Mapping[str, Any]:
-    """Returns the inputs for what the plant says; `state` is there if there is a path to a tool."""
+    """Returns the inputs that the plant feeds; `state` only if there is a path to a tool."""
     states = [sensor.mounting.num_states for sensor in sensors if sensor.mounting.path is not None]
     moves = any(map(moves_as_the_plant, sensors))
     is_needed = {"reaction_forces": True, "body_poses": len(states) < len(sensors)}

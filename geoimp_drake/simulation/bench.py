@@ -96,20 +96,20 @@ class Timing:
 def run_bench(
     cases: Sequence[BenchCase], json_file: Path | None = None, earlier: Path | None = None
 ) -> str:
-    """Times closed loops; returns a table, and what got slower since an earlier time.
+    """Times closed loops; returns a table, and what became slower since an earlier run.
 
     Args:
         cases: what is timed.
-        json_file: where the figures are written, None for nowhere.
+        json_file: where the timings are written, None for nowhere.
         earlier: such a file, None for no comparison.
 
     Raises:
-        ConfigurationError: the earlier file is no such file; nothing has been timed.
+        ConfigurationError: the earlier file cannot be used; nothing has been timed.
     """
     before = None if earlier is None else _read(earlier)
     timings = [time_experiment(case.experiment, case.name, case.start) for case in cases]
     data = {
-        "microseconds_per_step": {t.name: _figures(t) for t in timings},
+        "microseconds_per_step": {t.name: _medians(t) for t in timings},
         "ratios": {t.name: t.ratio() for t in timings},
         "ratios_blocks": {t.name: t.ratio("blocks") for t in timings},
         "real_time_factor": _real_time_factors(cases, timings, "logged"),
@@ -140,12 +140,12 @@ def _read(file: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{file} cannot be read: {error.strerror}.") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise ConfigurationError(
-            f"{file} does not hold the figures of `geoimp bench --json FILE`."
+            f"{file} does not hold the timings of `geoimp bench --json FILE`."
         ) from None
     return data
 
 
-def _figures(timing: Timing) -> dict[str, float | None]:
+def _medians(timing: Timing) -> dict[str, float | None]:
     return {
         "bare": median(timing.bare),
         "drake": median(timing.drake) if timing.drake else None,

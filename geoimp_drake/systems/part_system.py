@@ -49,10 +49,10 @@ class Block(LeafSystem):
     """A LeafSystem written in Python that costs a simulation less; it has no witness functions.
 
     After every step of a discrete plant Drake asks each system again for its witness functions. For
-    a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails anew each
-    time and costs as much as a small law. Where pybind11 binds Drake to Python it is found here: as
-    a function of C++ it counts as not overridden, which is remembered. nanobind, which binds later
-    Drakes, would call whatever it finds; there nothing is done.
+    a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails each
+    time and costs as much as a small law. With pybind11 the method is found here: as a function of
+    C++ it counts as not overridden, and pybind11 remembers that. nanobind, which later Drakes use,
+    would call whatever it finds; there nothing is done.
     """
 
     if IS_PYBIND11:
@@ -81,8 +81,8 @@ class Block(LeafSystem):
 class PartSystem(Block):
     """A part as a LeafSystem: ports by name, memory as discrete state, state as continuous state.
 
-    At initialization memory and state are as at the start, and the part starts. The ports and the
-    errors are those of the part.
+    Initialization resets memory and state to their initial values, and starts the part. The ports
+    and the errors are those of the part.
 
     Args:
         part: see `geoimp_drake.parts.part`.
@@ -107,7 +107,7 @@ class PartSystem(Block):
 
     @classmethod
     def of(cls, part: Part) -> Self:
-        """Returns a system of this class with a part that has been made already."""
+        """Returns a system of this class for an existing part."""
         system = cls.__new__(cls)
         PartSystem.__init__(system, part)
         return system

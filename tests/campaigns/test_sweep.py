@@ -163,7 +163,7 @@ def test_run_repeats_any_row_to_the_bit(serial, out, index, monkeypatch):
     claims = json.loads((out / "metrics.json").read_text("utf-8"))["claims"]
     for claim in claims:
         name = f"{claim['claim']} [{claim['unit']}]" if claim["unit"] else claim["claim"]
-        assert row[name] == ("" if claim["figure"] is None else repr(claim["figure"]))
+        assert row[name] == ("" if claim["value"] is None else repr(claim["value"]))
         assert row[f"holds: {claim['claim']}"] == str(claim["holds"] or "")
     force = np.load(out / "log.npz")["six/wrench_true"][:, 3:]
     assert row["peak_force"] == repr(float(np.linalg.norm(force, axis=1).max()))
@@ -307,11 +307,11 @@ def test_an_experiment_may_say_itself_what_success_is():
     data = plain_data(experiment.scenario((), ("duration=0.02",)))
     measures = {"depth [m]": np.float64(0.05), "success": np.bool_(True)}
     used = {name: getattr(experiment, name) for name in ("scenario", "build", "claims")}
-    own = types.SimpleNamespace(**used, sweep_figures=lambda *_: measures)
+    own = types.SimpleNamespace(**used, sweep_values=lambda *_: measures)
     row = run_sample(Sample(own, data, ()))
     assert row["success"] is True
-    assert row["figures"]["depth [m]"] == 0.05
-    assert "success" not in row["figures"]
+    assert row["values"]["depth [m]"] == 0.05
+    assert "success" not in row["values"]
     assert run_sample(Sample(experiment, data, ()))["success"] is False  # claims not reached
 
 

@@ -38,8 +38,8 @@ class Loop:
         context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
         return self.plant.GetFrameByName(END_EFFECTOR).CalcPoseInWorld(context)
 
-    def internal(self, port: str) -> np.ndarray:
-        """Returns what the controller says of the internal motion."""
+    def null_space_output(self, port: str) -> np.ndarray:
+        """Returns an output port of the null-space motion over time."""
         controller = self.simulator.get_system().GetSubsystemByName("seven_impedance_controller")
         context = controller.GetMyContextFromRoot(self.simulator.get_context())
         return controller.GetOutputPort(port).Eval(context).copy()

@@ -66,13 +66,13 @@ def test_claims_on_the_page_are_those_of_the_experiment(command, table, tmp_path
     assert [row for row in rows[2:] if not keeps(*row[1:])] == []
 
 
-def keeps(figure: str, bound: str) -> bool:
-    """Whether a figure of the table keeps its bound: `≤ x`, `≥ x` or `x ± y %`, with units."""
-    value = float(figure.split()[0])
+def keeps(value: str, bound: str) -> bool:
+    """Whether a value of the table keeps its bound: `≤ x`, `≥ x` or `x ± y %`, with units."""
+    number = float(value.split()[0])
     first, second, *rest = bound.split()
     if second == "±":
-        return abs(value - float(first)) <= float(rest[0]) / 100 * abs(float(first))
-    return value <= float(second) if first == "≤" else value >= float(second)
+        return abs(number - float(first)) <= float(rest[0]) / 100 * abs(float(first))
+    return number <= float(second) if first == "≤" else number >= float(second)
 
 
 def test_every_experiment_has_its_claims_on_the_page():

@@ -29,7 +29,7 @@ TIMING = Timing(
 )
 
 
-def test_ratio_and_real_time_factor_are_those_of_the_figures():
+def test_ratio_and_real_time_factor_are_those_of_the_timings():
     assert TIMING.ratio() == pytest.approx(10.0)
     assert TIMING.ratio("blocks", "loop") == pytest.approx(1.2)
     assert TIMING.real_time_factor() == pytest.approx(1.25)
@@ -134,7 +134,7 @@ def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatc
     assert data["microseconds_per_step"]["single_free"]["drake"] is None
 
 
-def test_the_command_writes_its_figures_as_json_and_compares_them(monkeypatch, tmp_path, capsys):
+def test_the_command_writes_its_timings_as_json_and_compares_them(monkeypatch, tmp_path, capsys):
     def timing(experiment, name, start):
         return dataclasses.replace(TIMING, name=name)
 
@@ -166,4 +166,4 @@ def test_a_file_to_compare_with_that_is_none_is_refused(text, tmp_path, capsys):
     file = tmp_path / "bench.json"
     file.write_text(text)
     assert cli.main(["bench", "--compare", str(file)]) == 2
-    assert "does not hold the figures" in capsys.readouterr().err
+    assert "does not hold the timings" in capsys.readouterr().err

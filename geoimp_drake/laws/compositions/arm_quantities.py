@@ -1,7 +1,8 @@
 """Kinematics and dynamics of an arm in one call: (2.1), (2.2) and what follows from them.
 
-`*arm` are the fields of a `serial_chain.ChainArrays`, one by one: so they reach a compiled law
-faster. A reading holds [q; v] of the arm in the order of its plant, `order` says where (2n,).
+`*arm` are the fields of a `serial_chain.ChainArrays`, passed one by one because that is faster for
+a compiled law. A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place
+of each entry.
 Floats only.
 """
 
@@ -20,7 +21,7 @@ __all__ = ["arm_quantities", "measured_motion"]
 
 
 def measured_motion(order: Array, reading: Array, motion: Array, *arm: Array) -> bool:
-    """Writes the motion of E (19,) that a reading tells, accelerations zero.
+    """Writes the motion of E (19,) that follows from a reading, with zero accelerations.
 
     Returns False if the reading is not finite.
 

@@ -2,10 +2,11 @@
 
 The laws are those of the blocks, in the same order: kinematics and dynamics (2.1), (2.2), the
 tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A call
-from Python costs more than they do, so they share one. Floats only.
+from Python costs more than these laws, so they share one. Floats only.
 
-`*arm` are the fields of a `serial_chain.ChainArrays`, one by one: so they reach a compiled law
-faster. A reading holds [q; v] of the arm in the order of its plant, `order` says where (2n,).
+`*arm` are the fields of a `serial_chain.ChainArrays`, passed one by one because that is faster for
+a compiled law. A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place
+of each entry.
 """
 
 from collections.abc import Callable

@@ -2,7 +2,7 @@
 
 The laws are those of the blocks, in the same order: motion and wrenches of the object (4.1)-(4.9),
 its impedance (3.1), (3.30), the same on the internal wrench, and the references (4.10)-(4.15). A
-call from Python costs more than they do, so they share one. Floats only.
+call from Python costs more than these laws, so they share one. Floats only.
 """
 
 from collections.abc import Callable

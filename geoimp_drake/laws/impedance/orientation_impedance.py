@@ -51,7 +51,7 @@ class OrientationImpedance(ABC):
 
     @abstractmethod
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """X (3,): Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc."""
+        """The displacement x (3,): Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc."""
 
     @abstractmethod
     def dual_velocity(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> Array:

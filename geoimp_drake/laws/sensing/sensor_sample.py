@@ -32,14 +32,15 @@ def sensor_sample(
     peak: Array,
     h: Array,
 ) -> tuple[bool, bool]:
-    """Writes reading, peak and h; says whether it could and whether an axis leaves its range now.
+    """Writes reading, peak and h of one sample.
 
-    It can if the reaction and the motion are finite; else h is not written.
+    Returns False if the reaction or the motion is not finite, when h is not written; and whether an
+    axis has just left its range.
 
     Args:
         X_WT: pose of the tool in W, [R p] (3, 4).
         raw: [moment; force] on the sensor about So with its errors, in S (6,).
-        motion: of a point of the tool as far as the inertial load is to be removed (19,).
+        motion: of a point of the tool (19,); with zero rates only the weight is removed.
         gain: of the filter; 1 takes the sample as it is.
         resolution: quantisation steps (6,), zero for none.
         limits: of the range (6,).

@@ -32,7 +32,7 @@ class IndustrialControllerConfig:
     bandwidth: float = 30.0  # ω [rad/s]
     damping: float = 0.9  # ζ
     integral_rate: float = 4.5  # k_i / k_p [1/s]
-    kp: Array | None = None  # one a joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
+    kp: Array | None = None  # one per joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
     integral_limit: float = 1.0  # greatest integral part, a part of the joint's effort limit
     period: float = 1e-3  # [s]
     preload: bool = True  # the integral part starts with the torque that holds the arm
@@ -48,7 +48,7 @@ class IndustrialControllerConfig:
 
 
 class IndustrialController(Block):
-    """Follows a joint trajectory with one PID servo a joint and no model of the arm.
+    """Follows a joint trajectory with one PID servo per joint and no model of the arm.
 
     At every sampling instant, for each joint on its own,
 
@@ -77,7 +77,7 @@ class IndustrialController(Block):
         input estimated_state: [q; v] of the model instance, in its own order (2n)
         output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
         output set_point: [q_d; q̇_d] in the order of `estimated_state` (2n)
-        output peak_effort: largest torque asked so far as a fraction of the limit (n)
+        output peak_effort: largest torque so far as a fraction of the limit (n)
     """
 
     def __init__(

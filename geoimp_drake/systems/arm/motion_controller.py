@@ -14,8 +14,8 @@ class MotionController(PartSystem):
         a_p = p̈_d + K_Dp Δṗ_de + K_Pp Δp_de
         a_o = ω̇_d + K_Do Δω_de + K_Po R_e ᵉε_de
 
-    The reference is D for pure motion control, and C under impedance control: one wire changes,
-    no law does.
+    The reference is D for pure motion control, and C under impedance control: only one
+    wire changes.
 
     Args:
         K_Pp, K_Dp: position gains, k I each [1/s², 1/s].

@@ -1,4 +1,4 @@
-"""What two hands tell about the object that they hold: its motion, its wrench and the squeeze."""
+"""Motion, wrench and internal wrench of an object, from the two hands that hold it."""
 
 from geoimp_drake.parts.object_kinematics import ObjectKinematics
 from geoimp_drake.parts.object_load import LoadArguments, ObjectLoad

@@ -16,7 +16,7 @@ class CooperativeReferenceGenerator(PartSystem):
     with accelerations that are their derivatives. The mutual pose ¹Q_r21, ᶜΔp_r21 = R_cᵀΔp_r21 is
     constant in C: equal to that of the measured motions with a simulator's first step (and, so that
     the ports can be evaluated without one, before it), or as prescribed. Initialize the simulator
-    again to take it anew.
+    again to measure it again.
 
     If `mutual_motion` is connected, it takes the place of the constant mutual pose (see
     `InternalImpedance`); the references' velocities and accelerations are then the derivatives of

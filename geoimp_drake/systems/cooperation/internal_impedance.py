@@ -1,4 +1,4 @@
-"""The impedance between two hands: squeezing gives way instead of growing with an error of pose."""
+"""The impedance between two hands: a squeeze gives way instead of growing with the pose error."""
 
 from geoimp_drake.laws.impedance.families import QuaternionImpedance
 from geoimp_drake.parts.impedance import Impedance

@@ -40,7 +40,7 @@ class ForceTorqueSensor(PartSystem):
         config: sampling, errors and range of the sensor.
         initial_wrench: h until the first sample (6) [Nm, N].
         reference_is_held: the reference is given by a state that holds what the plant's last step
-            followed, such as `last_compliant_motion`, and needs not be read before the step.
+            followed, such as `last_compliant_motion`, and does not have to be read before the step.
 
     Raises:
         ConfigurationError: a field of the configuration cannot be used.

@@ -1,4 +1,4 @@
-"""A wrench that somebody applies to a body: a ramp in time, through Drake's applied-force port."""
+"""An external wrench on a body: a ramp in time, through Drake's applied-force port."""
 
 from dataclasses import dataclass, field
 

@@ -148,7 +148,7 @@ def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> 
     assert 0.0 < late.std() < 1.2 * early.std() < 0.3
 
 
-def test_damping_too_high_for_the_period_is_refused_with_the_figure() -> None:
+def test_damping_too_high_for_the_period_is_refused_with_the_number() -> None:
     gains = InternalGains(np.array(10.0), np.array(18000.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match=r"internal\.translation\.damping .* is 1\.8"):
         InternalImpedanceConfig(translation=gains).make()

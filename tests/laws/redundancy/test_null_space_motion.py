@@ -1,4 +1,4 @@
-"""What (3.32)-(3.39) promise of the internal motion: generated arms and the arm on the track."""
+"""What (3.32)-(3.39) promise of the null-space motion: generated arms and the arm on the track."""
 
 import numpy as np
 import pytest
