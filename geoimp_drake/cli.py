@@ -150,7 +150,8 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     sweep.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="of a Dask scheduler whose workers are used; start them with --nthreads 1",
+        help="of a Dask scheduler whose workers are used; start them with --nthreads 1, and with "
+        "TLS: whoever reaches them can run code there",
     )
     sweep.add_argument(
         "--map", nargs=2, default=(), metavar=("X", "Y"), help="varied keys of the map (first two)"

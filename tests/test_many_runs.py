@@ -2,13 +2,21 @@
 
 import collections
 import concurrent.futures
+import copy
 import json
+import socket
+import ssl
+import subprocess
 import sys
+import urllib.error
+import urllib.request
 
 import dask
 import many_tasks
+import psutil
 import pytest
-from distributed import LocalCluster
+from distributed import LocalCluster, Security
+from listening import Address, listening
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation import many_runs
@@ -111,6 +119,130 @@ def test_own_processes_have_one_thread_are_silent_and_leave_interrupts_to_the_fi
     assert capfd.readouterr().err == ""
 
 
+@pytest.fixture(scope="module")
+def own():
+    """A cluster as a sweep starts it, every address at which it listens, and its processes."""
+    before = family()
+    others = listening(before)
+    with many_runs._local_cluster(2) as cluster:
+        yield cluster, listening(family()) - others, family() - before
+
+
+def family() -> set[int]:
+    """The numbers of this process and of all that it has started."""
+    this = psutil.Process()
+    return {this.pid, *(child.pid for child in this.children(recursive=True))}
+
+
+def is_answered(address: Address, context: ssl.SSLContext | None = None) -> bool:
+    """Whether what listens at an address talks: Dask's parts begin as soon as one is let in."""
+    try:
+        with (
+            socket.create_connection(address, timeout=0.5) as plain,
+            context.wrap_socket(plain) if context else plain as connection,
+        ):
+            return connection.recv(1) != b""
+    except OSError:  # a timeout is one, too
+        return False
+
+
+def own_keys(*, credulous: bool) -> ssl.SSLContext:
+    """What a stranger connects with who has made keys and, if credulous, checks nobody's."""
+    context = Security.temporary().get_connection_args("client")["ssl_context"]
+    if credulous:
+        context.verify_mode = ssl.CERT_NONE
+    return context
+
+
+def dask_ports(cluster) -> set[Address]:
+    """Where the scheduler, each process and who minds it are spoken to."""
+    minders = cluster.workers.values()
+    spoken = [cluster.scheduler.address, *(m.address for m in minders)]
+    spoken += [minder.worker_address for minder in minders]
+    return {(host, int(port)) for host, port in (a.split("//")[1].split(":") for a in spoken)}
+
+
+def test_own_processes_listen_on_loopback_only(own):
+    _, addresses, _ = own
+    assert len(addresses) == 8  # scheduler, two processes, two that mind them; three of HTTP
+    assert {host for host, _ in addresses} == {"127.0.0.1"}
+
+
+def test_own_processes_answer_to_their_own_keys(own):
+    cluster, addresses, _ = own
+    assert len(dask_ports(cluster)) == 5
+    assert dask_ports(cluster) <= addresses
+    keys = cluster.security.get_connection_args("client")["ssl_context"]
+    assert all(is_answered(address, keys) for address in dask_ports(cluster))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [None, own_keys(credulous=False), own_keys(credulous=True)],
+    ids=["no keys", "keys of its own", "keys of its own and checks none"],
+)
+def test_no_part_of_own_processes_answers_a_stranger(own, keys):
+    assert not any(is_answered(address, keys) for address in dask_ports(own[0]))
+
+
+STRANGER = """
+import sys
+from distributed import Client, Security
+
+address = sys.argv[1]
+keys = Security.temporary() if address.startswith("tls:") else None
+try:
+    client = Client(address, timeout=1, security=keys)
+except OSError:
+    sys.exit("refused")
+print(client.run(pow, 3, 2))
+"""
+
+
+@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+def test_a_stranger_is_no_client_of_own_processes(own, scheme):
+    address = f"{scheme}://127.0.0.1:{own[0].scheduler.port}"
+    command = (sys.executable, "-c", STRANGER, address)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout == ""
+    assert "refused" in done.stderr
+
+
+@pytest.mark.parametrize("page", ["status", "info/main/workers.html", "health", "metrics"])
+def test_own_processes_show_no_pages(own, page):
+    cluster, addresses, _ = own
+    for host, port in addresses - dask_ports(cluster):
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"http://{host}:{port}/{page}", timeout=5)
+
+
+def test_keys_of_own_processes_are_neither_their_arguments_nor_in_their_environment(own):
+    cluster, _, processes = own
+    secret = cluster.security.tls_worker_key.splitlines()[1]
+    assert len(processes) >= 2
+    for process in map(psutil.Process, processes):
+        assert secret not in f"{process.cmdline()} {process.environ()}"
+
+
+def test_a_scheduler_with_keys_takes_those_of_dasks_own_settings(journal, tmp_path):
+    keys = Security.temporary()
+    for name, content in (("cert", keys.tls_client_cert), ("key", keys.tls_client_key)):
+        (tmp_path / f"{name}.pem").write_text(content)
+    variables = {
+        "DASK_DISTRIBUTED__COMM__TLS__CA_FILE": str(tmp_path / "cert.pem"),
+        "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT": str(tmp_path / "cert.pem"),
+        "DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY": str(tmp_path / "key.pem"),
+    }
+    settings = copy.deepcopy(dask.config.config)
+    local = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
+    with (
+        LocalCluster(**local, host="127.0.0.1", security=keys, silence_logs="CRITICAL") as cluster,
+        dask.config.set(dask.config.update(settings, dask.config.collect_env(variables))),
+    ):
+        done = run(many_tasks.square, range(2), journal, cluster.scheduler_address)
+    assert [finished.result for finished in done] == [0, 1]
+
+
 def test_a_scheduler_that_does_not_answer_is_refused_and_nothing_is_written(journal, monkeypatch):
     monkeypatch.setattr(many_runs, "_CONNECT_TIMEOUT", 0.5)
     with pytest.raises(ConfigurationError, match=r"tcp://127\.0\.0\.1:1 does not answer"):
@@ -127,10 +259,12 @@ def test_a_scheduler_without_processes_is_refused_and_nothing_is_written(journal
     assert not journal.parent.exists()
 
 
-def test_a_missing_extra_is_named_and_nothing_is_written(journal, monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
+@pytest.mark.parametrize("package", ["distributed", "cryptography"])
+def test_a_missing_extra_is_named_and_nothing_is_written(journal, monkeypatch, package):
+    monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(
-        ConfigurationError, match=r"needs dask: pip install 'geoimp_drake\[sweep\]'"
+        ConfigurationError,
+        match=r"needs dask and cryptography: pip install 'geoimp_drake\[sweep\]'",
     ):
         run(many_tasks.square, range(2), journal, None)
     assert not journal.parent.exists()
