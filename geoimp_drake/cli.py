@@ -118,6 +118,11 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     view.add_argument(
         "--meshcat", action="store_true", help="show the run in a browser, at real time at most"
     )
+    run.add_argument(
+        "--host",
+        help="address of this machine at which --meshcat listens, * for every one (127.0.0.1, "
+        "which other machines do not reach); whoever reaches it can push and pause",
+    )
 
 
 def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
@@ -192,6 +197,8 @@ def _run(options: argparse.Namespace) -> int:
     from geoimp_drake.simulation.claims import format_claims
     from geoimp_drake.simulation.experiment import run_experiment
 
+    if options.host is not None and not options.meshcat:
+        raise ConfigurationError("--host is where --meshcat listens; give --meshcat as well.")
     experiment = get_experiment(options.experiment or _named_in(options.scenario))
     scenario = _scenario(experiment, options, options.orientation, options.seed)
     name = experiment.name if options.experiment else options.scenario.stem
@@ -202,6 +209,7 @@ def _run(options: argparse.Namespace) -> int:
         figures=not options.no_figures,
         html=options.html,
         live=options.meshcat,
+        host=options.host,
     )
     print(format_claims(result.claims))
     _print_files(result.files)

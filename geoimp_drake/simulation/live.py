@@ -96,8 +96,10 @@ class StiffnessSliders(Block):
         self.DeclarePeriodicPublishEvent(_READ_PERIOD, 0.0, self._show)
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        values = [self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)]
-        state.set_value(self._targets, values)
+        before = context.get_discrete_state(self._targets).value()
+        values = np.array([self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)])
+        # Drake takes any number that a page sends, whatever the range.
+        state.set_value(self._targets, np.where(np.isnan(values), before, values.clip(*_FACTORS)))
 
     def _rates(self, context: Context) -> Array:
         targets: Array = context.get_discrete_state(self._targets).value()
