@@ -22,7 +22,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 _log = logging.getLogger("drake")
 
-# Why machine code was not kept, of which the first is told.
+# Why machine code was not kept; only the first reason is logged.
 _failures: list[Exception] = []
 
 
@@ -93,6 +93,6 @@ def _fingerprint() -> bytes:
 
 
 def _sources() -> list[Path]:
-    """Returns what may be compiled, and what says how."""
+    """Returns the sources that may be compiled, and those that control how."""
     parts = ("compilation", "rotations", "laws")
     return sorted(path for part in parts for path in (_PACKAGE / part).rglob("*.py"))
