@@ -140,7 +140,8 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     sweep.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="of a Dask scheduler whose workers are used; start them with --nthreads 1",
+        help="of a Dask scheduler whose workers are used; start them with --nthreads 1, and with "
+        "TLS: whoever reaches them can run code there",
     )
     sweep.add_argument(
         "--map", nargs=2, default=(), metavar=("X", "Y"), help="varied keys of the map (first two)"
@@ -257,6 +258,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    from geoimp_drake.campaigns.fastest_form import fastest_form
     from geoimp_drake.campaigns.sweep import format_sweep, run_sweep
     from geoimp_drake.campaigns.sweep_plan import SweepPlan
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
@@ -265,7 +267,7 @@ def _sweep(options: argparse.Namespace) -> int:
     out = options.out or Path("results") / f"sweep-{experiment.name}"
     result = run_sweep(
         experiment,
-        _scenario(experiment, options, options.orientation, seed=None),
+        _scenario(experiment, options, options.orientation, None, fastest_form()),
         SweepPlan.read(options.plan, options.vary, options.samples, options.seed),
         out,
         jobs=(os.cpu_count() or 1) if options.jobs is None else options.jobs,
@@ -297,12 +299,17 @@ def _reproduce(options: argparse.Namespace) -> int:
 
 
 def _scenario(
-    experiment: Any, options: argparse.Namespace, orientation: str | None, seed: int | None
+    experiment: Any,
+    options: argparse.Namespace,
+    orientation: str | None,
+    seed: int | None,
+    *layers: dict[str, Any],
 ) -> Any:
-    """Returns the experiment's scenario with the file and the options laid over it."""
+    """Returns the experiment's scenario with layers, the file and the options laid over it."""
     from geoimp_drake.scenario.loading import read_layer
 
-    layers = (read_layer(options.scenario),) if options.scenario else ()
+    if options.scenario:
+        layers = (*layers, read_layer(options.scenario))
     shorthands = {
         "impedance.orientation": orientation,
         "duration": options.duration,

@@ -48,6 +48,9 @@ _LOCAL = {
     # the tasks where every core has one.
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
+    # Its pages about tasks and processes ask nobody who they are.
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
 }
 _CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
 
@@ -85,8 +88,8 @@ def run_many(
         How every task ended, in the order of `tasks`.
 
     Raises:
-        ConfigurationError: fewer than one job, Dask is missing, the scheduler does not answer, or
-            the journal cannot be used; nothing has been written. Or the scheduler is lost later.
+        ConfigurationError: fewer than one job, an extra is missing, the scheduler does not answer,
+            or the journal cannot be used; nothing has been written. Or the scheduler is lost later.
     """
     check_jobs(jobs, label)
     book = Journal(journal, plan)
@@ -103,13 +106,16 @@ def run_many(
 
 
 def check_jobs(jobs: int, label: str) -> None:
-    """Raises ConfigurationError for fewer than one job, or if Dask, an extra, is missing."""
+    """Raises ConfigurationError for fewer than one job, or if a package of the extra is missing."""
     if jobs < 1:
         raise ConfigurationError(f"jobs is {jobs}; give at least 1.")
     try:
-        import distributed  # noqa: F401  (an extra: imported only where it is used)
+        import cryptography  # noqa: F401  (an extra: imported only where it is used)
+        import distributed  # noqa: F401
     except ImportError:
-        raise ConfigurationError(f"{label} needs dask: pip install 'geoimp_drake[sweep]'") from None
+        raise ConfigurationError(
+            f"{label} needs dask and cryptography: pip install 'geoimp_drake[sweep]'"
+        ) from None
 
 
 @contextlib.contextmanager
@@ -125,8 +131,14 @@ def _client(jobs: int, scheduler: str | None) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _local_cluster(jobs: int) -> Iterator[Any]:
+    """Yields processes that obey nobody else.
+
+    A scheduler or a process of Dask's runs whatever code it is sent, and every user of the machine
+    reaches loopback. Here each end of a connection shows that it has the key of this cluster, which
+    is made for it and handed on through pipes.
+    """
     import dask
-    from distributed import LocalCluster
+    from distributed import LocalCluster, Security
 
     with (
         tempfile.TemporaryDirectory(prefix="geoimp-") as folder,
@@ -137,7 +149,9 @@ def _local_cluster(jobs: int) -> Iterator[Any]:
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
+            security=Security.temporary(),
             dashboard_address="127.0.0.1:0",  # any free port
+            scheduler_kwargs={"dashboard": False},
             local_directory=folder,
             memory_limit=0,
             silence_logs="CRITICAL",

@@ -19,6 +19,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from geoimp_drake.campaigns.compare import compare_runs
+from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished, Journal
 from geoimp_drake.campaigns.many_runs import check_jobs, run_many
 from geoimp_drake.campaigns.report import REPORT, check_report, write_report
@@ -95,7 +96,9 @@ def _runs(
     for study in sorted(studies, key=lambda study: -study.cost):
         for variant in study.variants:
             key = f"{study.name}/{variant.name}"
-            data = plain_data(study.experiment.scenario((), (*variant.settings, *overrides)))
+            data = plain_data(
+                study.experiment.scenario((fastest_form(),), (*variant.settings, *overrides))
+            )
             main = variant is study.variants[0]
             identity = identity_of(data, html=main)
             runs[key] = StudyRun(study.experiment, data, out / key, main, identity)

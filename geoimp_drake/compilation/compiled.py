@@ -80,7 +80,7 @@ def _numba_works() -> bool:
             raise RuntimeError("the environment variable NUMBA_DISABLE_JIT is set")
         import scipy.linalg  # noqa: F401 - numba takes linear algebra from it
 
-        from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - teaches
+        from geoimp_drake.compilation import small_array_operations  # noqa: F401 - teaches
 
         _announce()
         _compiled(_trial)(np.zeros(3))

@@ -9,11 +9,13 @@ import contextlib
 import glob
 import hashlib
 import logging
+import secrets
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache
 
 __all__ = ["keep"]
@@ -21,6 +23,11 @@ __all__ = ["keep"]
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 _log = logging.getLogger("drake")
+
+# Numba tells functions of one name, such as the laws that a factory returns, apart by a number that
+# counts from one in every process. Of two with the same name and number in files of different
+# processes the linker takes one for both. So the numbers are random.
+FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), None)
 
 # Why machine code was not kept; only the first reason is logged.
 _failures: list[Exception] = []

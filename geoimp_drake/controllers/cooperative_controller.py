@@ -89,10 +89,10 @@ def make_cooperative_controller(
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21 (19)
         output reference_motion_1: what the first hand follows, in W (19)
         output reference_motion_2: what the second hand follows (19)
-        output last_reference_motion_1: the first when the last step began; a held state (19)
-        output last_reference_motion_2: the same of the second (19)
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
+        output last_reference_motion_1: the first when the last step began; a held state (19)
+        output last_reference_motion_2: the same of the second (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
         output measured_motion_1: of the first hand from the readings; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)

@@ -23,11 +23,13 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
-from geoimp_drake.parts.impedance import Impedance, ImpedanceEnergy
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.object_load import LoadArguments
-from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, Within, held, nested
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.reference_hold import Hold
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
+from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
 __all__ = ["FoundObject", "HeldObject"]
@@ -137,8 +139,6 @@ class HeldObject:
                 Output(f"reference_motion_{k + 1}", FRAME_MOTION_SIZE, _motion(row), found)
                 for k, row in enumerate(range(HANDS.start, HANDS.stop))
             ),
-            held("last_reference_motion_1", nested(place, self.memory.reference_1)),
-            held("last_reference_motion_2", nested(place, self.memory.reference_2)),
         ]
         if self._watch is not None:
             hold = self._watch[1]

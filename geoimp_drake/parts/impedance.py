@@ -3,50 +3,40 @@
 import logging
 
 import numpy as np
-from pydrake.common.containers import namedview
 
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws.frame_motion import (
-    ANGULAR_VELOCITY,
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
-    LINEAR_VELOCITY,
     POSITION,
     QUATERNION,
     VELOCITY,
 )
-from geoimp_drake.laws.impedance import coupled_stiffness, translational_impedance
+from geoimp_drake.laws.impedance import coupled_stiffness
 from geoimp_drake.laws.impedance.compliant_motion import (
     compliant_motion,
     frame_state_rate,
     has_diverged,
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
+from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.part import Memory, Now, Output, held
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_array, spd_matrix
 
-__all__ = ["AXES", "Impedance", "ImpedanceEnergy"]
+__all__ = ["AXES", "Impedance"]
 
 AXES = ("both", "translation", "rotation", "none")
-
-ImpedanceEnergy = namedview(
-    "ImpedanceEnergy",
-    [
-        f"{part}_{quantity}"
-        for part in ("translational", "rotational")
-        for quantity in ("kinetic", "potential", "supplied_power", "dissipated_power")
-    ]
-    + ["coupling_potential"],
-)
 
 _log = logging.getLogger("drake")
 
 # From here on a family warns that its representation is about to fail.
 _ILL_CONDITIONED = 10.0
+
+_UNSCALED = np.ones(2)
 
 
 class Impedance:
@@ -73,6 +63,7 @@ class Impedance:
         self._rotation = rotation
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
+        self._energies = Energies(self._M_p, self._D_p, self._K_p, rotation, self._K_c)
         self.family_law = rotation.law
         self._law = compiled(compliant_motion(self.family_law))
         self.write_rate = compiled(frame_state_rate)
@@ -193,15 +184,14 @@ class Impedance:
         """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
 
         Args:
-            now: the inputs, `stiffness_scale` does not have to be connected; None for no factors.
+            now: the inputs, `stiffness_scale` among them if connected; None for no factors.
 
         Raises:
             SignalError: a factor is not positive and finite.
         """
-        factors = None if now is None else _factors(now)
-        if now is None or factors is None:
+        if now is None or not now.has("stiffness_scale"):
             return self._gains
-        p, o = factors
+        p, o = now["stiffness_scale"]
         if not (0 < p < np.inf and 0 < o < np.inf):
             raise SignalError(
                 f"Port '{now.port('stiffness_scale')}' got {p:g} and {o:g}; both factors must "
@@ -235,8 +225,8 @@ class Impedance:
                 f"mass of the impedance."
             )
         if self.has_domain:
-            Q_WC = quaternion.normalized(state[QUATERNION])
-            self._rotation.check_domain(desired[QUATERNION], Q_WC)
+            C = quaternion.normalized(state[QUATERNION])
+            self._rotation.check_domain(desired[QUATERNION], C)
 
     def displacement(self, D: Array, C: Array) -> Array:
         """Returns the family's orientation displacement and Δp_dc (6,) of two motions (19,)."""
@@ -251,20 +241,8 @@ class Impedance:
             C: motion of C (19,).
             wrench: at the end effector (6,).
         """
-        D, factors = now["desired_motion"], _factors(now)
-        energy = ImpedanceEnergy(
-            np.array(
-                [
-                    *self._translational_energy(C, D, wrench[3:]),
-                    *self._rotational_energy(C, D, wrench),
-                    self._coupling_energy(C, D),
-                ]
-            )
-        )
-        if factors is not None:
-            energy.translational_potential *= factors[0]
-            energy.rotational_potential *= factors[1]
-        return np.asarray(energy)
+        scale = now["stiffness_scale"] if now.has("stiffness_scale") else _UNSCALED
+        return self._energies.evaluate(now["desired_motion"], C, wrench, scale)
 
     def _write_displacement(self, now: Now, value: Array) -> None:
         C = now.output("compliant_motion")
@@ -272,39 +250,3 @@ class Impedance:
 
     def _write_energy(self, now: Now, value: Array) -> None:
         value[:] = self.energy(now, now.output("compliant_motion"), now["wrench"])
-
-    def _coupling_energy(self, C: Array, D: Array) -> float:
-        if self._K_c is None:
-            return 0.0
-        R_WD = quaternion.to_rotation(D[QUATERNION])
-        Q_CD = quaternion.relative(C[QUATERNION], D[QUATERNION])
-        return coupled_stiffness.coupling_energy(
-            Q_CD, R_WD.T @ (D[POSITION] - C[POSITION]), self._K_c
-        )
-
-    def _translational_energy(self, C: Array, D: Array, force: Array) -> tuple[float, ...]:
-        dp = D[POSITION] - C[POSITION]
-        dv = D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY]
-        return (
-            translational_impedance.kinetic_energy(dv, self._M_p),
-            translational_impedance.potential_energy(dp, self._K_p),
-            translational_impedance.supplied_power(dv, force),
-            translational_impedance.dissipated_power(dv, self._D_p),
-        )
-
-    def _rotational_energy(self, C: Array, D: Array, wrench: Array) -> tuple[float, ...]:
-        relative = (D[QUATERNION], D[ANGULAR_VELOCITY], C[QUATERNION], C[ANGULAR_VELOCITY])
-        return (
-            self._rotation.kinetic_energy(*relative),
-            self._rotation.potential_energy(D[QUATERNION], C[QUATERNION]),
-            self._rotation.supplied_power(*relative, wrench[:3]),
-            self._rotation.dissipated_power(*relative),
-        )
-
-
-def _factors(now: Now) -> Array | None:
-    """Returns the factors of K_p and K_o (2,), or None for one each."""
-    if not now.has("stiffness_scale"):
-        return None
-    factors: Array = now["stiffness_scale"]
-    return factors

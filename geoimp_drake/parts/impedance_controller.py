@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
-from geoimp_drake.parts.impedance import Impedance, ImpedanceEnergy
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, Within, held, nested
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import is_set
+from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
 

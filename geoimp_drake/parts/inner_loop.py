@@ -16,9 +16,10 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
-from geoimp_drake.parts.part import Memory, Now, Within
+from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.parts.torque import Saturation
+from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
 __all__ = ["InnerLoop"]

@@ -8,8 +8,9 @@ from geoimp_drake.laws.compositions.object_control import HANDS
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.held_object import FoundObject, HeldObject
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import Memory, Now, Output, Within, held, nested
+from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST
+from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
 
@@ -52,10 +53,10 @@ class TwoArms:
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
         output reference_motion_1: of the first hand in W (19)
         output reference_motion_2: of the second (19)
-        output last_reference_motion_1: of the first hand when the last step began (19)
-        output last_reference_motion_2: of the second (19)
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
+        output last_reference_motion_1: of the first hand when the last step began (19)
+        output last_reference_motion_2: of the second (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
         output measured_motion_1: of the first hand from the readings; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
@@ -66,7 +67,8 @@ class TwoArms:
         Without a watch there are no ports `opened` and `release`. With sensors, inputs for the
         plant's outputs (`reaction_forces` and `state`, or what else `ForceTorqueSensors` reads)
         replace `wrench_1` and `wrench_2`, and there are outputs `wrench_1`,
-        `wrench_true_1`, `peak_reading_1` and those of the second.
+        `wrench_true_1`, `peak_reading_1` and those of the second in the place of
+        `last_reference_motion_1` and `_2`.
     """
 
     def __init__(
@@ -111,12 +113,17 @@ class TwoArms:
             self.samplings.append((sensors.period, self._sense))
         self.outputs = [
             *held_object.outputs(self.memory.object),
+            *(self._last_references() if sensors is None else ()),
             *(output for k in _ARMS for output in self._outputs_of(k)),
         ]
         if sensors is not None:
             self.outputs += [
                 output.within(self._of_sensors, self.inputs) for output in sensors.outputs
             ]
+
+    def _last_references(self) -> list[Output]:
+        """Returns outputs for sensors beside the controller."""
+        return [held(f"last_reference_motion_{k}", self._followed[k - 1]) for k in _ARMS]
 
     def _outputs_of(self, k: int) -> list[Output]:
         loop, torque = self._loops[k - 1], partial(self._write_torque, k)

@@ -18,7 +18,7 @@ from pydrake.systems.framework import (
     System,
 )
 
-from geoimp_drake.parts.impedance import ImpedanceEnergy
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 

@@ -138,8 +138,10 @@ class PartSystem(Block):
         is_motion = output.size == FRAME_MOTION_SIZE
         model = frame_motion_vector() if is_motion else BasicVector(output.size)
 
+        write = output.write
+
         def calc(context: Context, value: BasicVector) -> None:
-            output.write(_At(self, context), value.get_mutable_value())
+            write(_At(self, context), value.get_mutable_value())
 
         return self.DeclareVectorOutputPort(output.name, model, calc, self._tickets(output.of))
 
@@ -235,10 +237,10 @@ def system_of(part: Part) -> PartSystem:
 class _At:
     """A `Now`: a part's system in a context."""
 
-    __slots__ = ("_context", "_system")
+    __slots__ = ("_context", "_system", "_values")
 
     def __init__(self, system: PartSystem, context: Context):
-        self._system, self._context = system, context
+        self._system, self._context, self._values = system, context, system._values
 
     @property
     def time(self) -> float:
@@ -268,7 +270,7 @@ class _At:
         return self._system._workspace.Eval(self._context)
 
     def __getitem__(self, name: str) -> Any:
-        return self._system._values[name](self._context)
+        return self._values[name](self._context)
 
     def has(self, name: str) -> bool:
         return bool(self._system._inputs[name].HasValue(self._context))

@@ -1,15 +1,24 @@
 """Many runs on a real scheduler with two processes: each once, whatever is killed or fails."""
 
+import asyncio
 import collections
 import concurrent.futures
+import copy
 import json
 import os
+import ssl
+import subprocess
 import sys
+import urllib.error
+import urllib.request
 
 import dask
 import many_tasks
+import psutil
 import pytest
-from distributed import LocalCluster
+from distributed import LocalCluster, Security
+from distributed.core import connect
+from listening import Address, listening
 
 from geoimp_drake.campaigns import many_runs
 from geoimp_drake.campaigns.journal import Finished, Journal
@@ -140,6 +149,147 @@ def test_what_the_user_has_set_holds_in_own_processes(journal, monkeypatch):
     assert os.environ["GLIBC_TUNABLES"] == "glibc.malloc.tcache_count=20"
 
 
+@pytest.fixture(scope="module")
+def own():
+    """A cluster as a sweep starts it, every address at which it listens, and its processes."""
+    before = family()
+    others = listening(before)
+    with many_runs._local_cluster(2) as cluster:
+        yield cluster, listening(family()) - others, family() - before
+
+
+def family() -> set[int]:
+    """The numbers of this process and of all that it has started."""
+    this = psutil.Process()
+    return {this.pid, *(child.pid for child in this.children(recursive=True))}
+
+
+def ask(address: Address, **connection):
+    """Has what listens at an address evaluate something, as only a part of the cluster may."""
+
+    async def asked():
+        host, port = address
+        scheme = "tls" if connection.get("ssl_context") else "tcp"
+        comm = await connect(f"{scheme}://{host}:{port}", timeout=0.5, **connection)
+        try:
+            await comm.write({"op": "identity", "reply": True})
+            return await comm.read()
+        finally:
+            comm.abort()
+
+    async def asked_in_time():
+        return await asyncio.wait_for(asked(), 2)
+
+    return asyncio.run(asked_in_time())
+
+
+def is_refused(address: Address, **connection) -> bool:
+    try:
+        ask(address, **connection)
+    except OSError:  # a timeout is one, too
+        return True
+    return False
+
+
+def with_other_keys(*, credulous: bool):
+    """What a stranger connects with who has made keys and, if credulous, checks nobody's."""
+    connection = Security.temporary().get_connection_args("client")
+    if credulous:
+        connection["ssl_context"].verify_mode = ssl.CERT_NONE
+    return connection
+
+
+def dask_ports(cluster) -> set[Address]:
+    """Where the scheduler, each process and who minds it are spoken to."""
+    minders = cluster.workers.values()
+    spoken = [cluster.scheduler.address, *(m.address for m in minders)]
+    spoken += [minder.worker_address for minder in minders]
+    return {(host, int(port)) for host, port in (a.split("//")[1].split(":") for a in spoken)}
+
+
+def test_own_processes_listen_on_loopback_only(own):
+    _, addresses, _ = own
+    assert len(addresses) == 8  # scheduler, two processes, two that mind them; three of HTTP
+    assert {host for host, _ in addresses} == {"127.0.0.1"}
+
+
+def test_own_processes_answer_to_their_own_keys(own):
+    cluster, addresses, _ = own
+    assert len(dask_ports(cluster)) == 5
+    assert dask_ports(cluster) <= addresses
+    for address in dask_ports(cluster):
+        answer = ask(address, **cluster.security.get_connection_args("client"))
+        assert answer["type"] in {"Scheduler", "Nanny", "Worker"}
+
+
+@pytest.mark.parametrize(
+    "connection",
+    [{}, with_other_keys(credulous=False), with_other_keys(credulous=True)],
+    ids=["no keys", "keys of its own", "keys of its own and checks none"],
+)
+def test_no_part_of_own_processes_answers_a_stranger(own, connection):
+    for address in dask_ports(own[0]):
+        assert is_refused(address, **connection)
+
+
+STRANGER = """
+import sys
+from distributed import Client, Security
+
+address = sys.argv[1]
+keys = Security.temporary() if address.startswith("tls:") else None
+try:
+    client = Client(address, timeout=1, security=keys)
+except OSError:
+    sys.exit("refused")
+print(client.run(pow, 3, 2))
+"""
+
+
+@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+def test_a_stranger_is_no_client_of_own_processes(own, scheme):
+    address = f"{scheme}://127.0.0.1:{own[0].scheduler.port}"
+    command = (sys.executable, "-c", STRANGER, address)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout == ""
+    assert "refused" in done.stderr
+
+
+@pytest.mark.parametrize("page", ["status", "info/main/workers.html", "health", "metrics"])
+def test_own_processes_show_no_pages(own, page):
+    cluster, addresses, _ = own
+    for host, port in addresses - dask_ports(cluster):
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"http://{host}:{port}/{page}", timeout=5)
+
+
+def test_keys_of_own_processes_are_neither_their_arguments_nor_in_their_environment(own):
+    cluster, _, processes = own
+    secret = cluster.security.tls_worker_key.splitlines()[1]
+    assert len(processes) >= 2
+    for process in map(psutil.Process, processes):
+        assert secret not in f"{process.cmdline()} {process.environ()}"
+
+
+def test_a_scheduler_with_keys_takes_those_of_dasks_own_settings(journal, tmp_path):
+    keys = Security.temporary()
+    for name, content in (("cert", keys.tls_client_cert), ("key", keys.tls_client_key)):
+        (tmp_path / f"{name}.pem").write_text(content)
+    variables = {
+        "DASK_DISTRIBUTED__COMM__TLS__CA_FILE": str(tmp_path / "cert.pem"),
+        "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT": str(tmp_path / "cert.pem"),
+        "DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY": str(tmp_path / "key.pem"),
+    }
+    settings = copy.deepcopy(dask.config.config)
+    local = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
+    with (
+        LocalCluster(**local, host="127.0.0.1", security=keys, silence_logs="CRITICAL") as cluster,
+        dask.config.set(dask.config.update(settings, dask.config.collect_env(variables))),
+    ):
+        done = run(many_tasks.square, range(2), journal, cluster.scheduler_address)
+    assert [finished.result for finished in done] == [0, 1]
+
+
 def test_a_scheduler_that_does_not_answer_is_refused_and_nothing_is_written(journal, monkeypatch):
     monkeypatch.setattr(many_runs, "_CONNECT_TIMEOUT", 0.5)
     with pytest.raises(ConfigurationError, match=r"tcp://127\.0\.0\.1:1 does not answer"):
@@ -156,10 +306,12 @@ def test_a_scheduler_without_processes_is_refused_and_nothing_is_written(journal
     assert not journal.parent.exists()
 
 
-def test_a_missing_extra_is_named_and_nothing_is_written(journal, monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
+@pytest.mark.parametrize("package", ["distributed", "cryptography"])
+def test_a_missing_extra_is_named_and_nothing_is_written(journal, monkeypatch, package):
+    monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(
-        ConfigurationError, match=r"needs dask: pip install 'geoimp_drake\[sweep\]'"
+        ConfigurationError,
+        match=r"needs dask and cryptography: pip install 'geoimp_drake\[sweep\]'",
     ):
         run(many_tasks.square, range(2), journal, None)
     assert not journal.parent.exists()

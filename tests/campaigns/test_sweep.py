@@ -22,6 +22,7 @@ from distributed import LocalCluster
 from geoimp_drake import cli
 from geoimp_drake.campaigns.sweep_plan import Distribution, SweepPlan, setting
 from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
+from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.scenario.loading import plain_data
@@ -68,6 +69,10 @@ def out(tmp_path):
 def rows_of(out: Path) -> list[dict[str, str]]:
     with (out / "samples.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def form_in(folder: Path) -> str:
+    return yaml.safe_load((folder / "scenario.yaml").read_text("utf-8"))["form"]
 
 
 def finished_in(out: Path) -> list[str]:
@@ -317,3 +322,10 @@ def test_without_a_sweep_nothing_imports_dask(out):
         "assert not {'dask', 'distributed'} & sys.modules.keys()"
     )
     subprocess.run((sys.executable, "-c", code, out), check=True, capture_output=True)
+
+
+def test_samples_run_in_the_fastest_form_unless_told(serial, out):
+    assert form_in(serial) == ("compiled" if is_available() else "blocks")
+    told = (*SWEEP, "--samples", "1", "--jobs", "1", "--set", "form=blocks", "--out", out)
+    assert run(*told) == 0
+    assert form_in(out) == "blocks"

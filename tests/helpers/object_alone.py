@@ -1,6 +1,6 @@
 """The object's part of tight cooperation between hands that move as told, as a part and as blocks.
 
-The ports of both are the same; without a simulator's arms there are no motions of a last step.
+The ports of both are the same.
 """
 
 from typing import Any
@@ -13,7 +13,6 @@ from geoimp_drake.parts.part import Now
 from geoimp_drake.typing import Array
 
 HANDS = {"measured_motion_1": 19, "measured_motion_2": 19, "wrench_1": 6, "wrench_2": 6}
-KEPT = ("last_reference_motion_1", "last_reference_motion_2")
 
 
 class ObjectAlone:
@@ -25,8 +24,7 @@ class ObjectAlone:
         self.memory, self.state = held_object.memory, held_object.state
         self.found_of = "state", "memory", "time", *self.inputs
         self.samplings = ((period, self._sample),)
-        outputs = held_object.outputs(slice(0, len(self.memory)))
-        self.outputs = [output for output in outputs if output.name not in KEPT]
+        self.outputs = held_object.outputs(slice(0, len(self.memory)))
 
     def new_found(self) -> FoundObject:
         return FoundObject()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from library_tree import MODULES
 
-from geoimp_drake.parts.part import Memory, Within, held, nested
+from geoimp_drake.parts.part import Memory, held, nested
+from geoimp_drake.parts.within import Within
 
 
 class Given:

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-from geoimp_drake.parts.impedance import ImpedanceEnergy
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.simulation.live import (
     INJECTED,
     PAUSE,

@@ -21,7 +21,7 @@ from pydrake.systems.analysis import Simulator
 
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError, SignalError
 from geoimp_drake.laws.impedance.families import FAMILIES, make_family
-from geoimp_drake.parts.impedance import ImpedanceEnergy
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
     ACCELERATION,

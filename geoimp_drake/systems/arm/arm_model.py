@@ -6,7 +6,7 @@ from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.dynamics import Scratch, arm_dynamics
-from geoimp_drake.arm.state import ArmState
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.systems.frame_motion import (
@@ -17,7 +17,6 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_vector,
 )
 from geoimp_drake.systems.part_system import Block
-from geoimp_drake.typing import Array
 
 __all__ = ["ArmModel"]
 
@@ -34,7 +33,7 @@ class ArmModel(Block):
     def __init__(self, model: ControlModel):
         super().__init__()
         self._model = model
-        self._dynamics = arm_dynamics(model)
+        self._dynamics, self._is_finite = arm_dynamics(model), compiled(is_finite)
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
@@ -65,12 +64,10 @@ class ArmModel(Block):
 
     def _calc_arm(self, context: Context, output: AbstractValue) -> None:
         state = self._state.Eval(context)
-        if not is_finite(state):
+        if not self._is_finite(state):
             check_signal(state, f"{self.get_name()}:state")
-        ordered, scratch = state[self._model.state_order], self._scratch.Eval(context)
-        # A step of the plant makes Drake ask again for a state that has been evaluated already.
-        if not _is_at(output.get_value(), ordered):
-            output.set_value(self._dynamics.evaluate(scratch, ordered))
+        scratch, ordered = self._scratch.Eval(context), state[self._model.state_order]
+        output.set_value(self._dynamics.evaluate(scratch, ordered))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         arm = self._arm.Eval(context)
@@ -79,8 +76,3 @@ class ArmModel(Block):
         motion[POSITION] = arm.p_WE
         motion[VELOCITY] = arm.V_WE
         output.SetFromVector(motion)
-
-
-def _is_at(arm: object, state: Array) -> bool:
-    """Whether an arm has been evaluated at [q; v]; before the first time it is no arm at all."""
-    return isinstance(arm, ArmState) and arm.q.tobytes() + arm.v.tobytes() == state.tobytes()
