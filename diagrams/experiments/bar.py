@@ -148,7 +148,7 @@ def _claims_on_release(log: Log, scenario: TightScenario) -> list[Claim]:
 
 
 def _values_on_release(log: Log, scenario: TightScenario) -> dict[str, float]:
-    """Returns the values after the grasp has opened; none if nobody has noticed."""
+    """Returns the values after the grasp has opened; none if it was not reported."""
     t, release = log["t"], scenario.release
     seen = float(log["grasp/opened"][-1, 2]) if "grasp/opened" in log else -1.0
     if release is None or seen < 0.0:

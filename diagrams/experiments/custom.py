@@ -23,7 +23,7 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "figures"]
 
-# Below these nothing is felt, and a relative error says nothing [N, Nm].
+# Below these a relative error means nothing [N, Nm].
 _LEAST_FORCE, _LEAST_MOMENT = 0.5, 0.05
 
 

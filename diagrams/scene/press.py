@@ -76,7 +76,7 @@ class PressRig:
         return self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
     def place(self, depth: float, tilt: Array | None = None) -> None:
-        """Starts afresh: the disk held `depth` [m] behind S, the plate at rest against its face.
+        """Resets: the disk held `depth` [m] behind S, the plate at rest against its face.
 
         A plate that starts at S instead would be struck by the disk, and friction would keep what
         the blow leaves behind: newtons along the surface, a twentieth of the tilt stiffness.

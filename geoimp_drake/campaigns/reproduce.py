@@ -31,7 +31,7 @@ from geoimp_drake.scenario.loading import plain_data, read_yaml
 __all__ = ["reproduce"]
 
 JOURNAL = "journal.jsonl"
-# The journal is this command's; whether a run in it still counts is told run by run.
+# The journal is this command's; whether a run in it still counts is decided run by run.
 PLAN = {"command": "reproduce"}
 
 _log = logging.getLogger("drake")
@@ -116,7 +116,7 @@ def _compile_laws(missing: Sequence[StudyRun]) -> None:
         (run.experiment.setup, run.scenario["impedance"]["orientation"]): run for run in missing
     }
     for run in kinds.values():
-        # What a run cannot do it says itself, in its own place.
+        # A run that fails reports that itself, when it is its turn.
         with contextlib.suppress(Exception, SystemExit):
             scenario = run.experiment.scenario((run.scenario,))
             setup = run.experiment.build(scenario)

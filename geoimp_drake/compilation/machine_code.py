@@ -29,7 +29,7 @@ _log = logging.getLogger("drake")
 # processes the linker takes one for both. So the numbers are random.
 FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), None)
 
-# Why machine code was not kept, of which the first is told.
+# Why machine code was not kept; only the first reason is logged.
 _failures: list[Exception] = []
 
 
@@ -100,6 +100,6 @@ def _fingerprint() -> bytes:
 
 
 def _sources() -> list[Path]:
-    """Returns what may be compiled, and what says how."""
+    """Returns the sources that may be compiled, and those that control how."""
     parts = ("compilation", "rotations", "laws")
     return sorted(path for part in parts for path in (_PACKAGE / part).rglob("*.py"))

@@ -1,7 +1,7 @@
 """What numba compiles for operations on small arrays: arithmetic, entries and slices.
 
 Arithmetic is written out entry by entry, since a loop over three entries is not worth one; only
-long products are loops. Importing this module tells numba.
+long products are loops. Importing this module registers them.
 """
 
 import itertools

@@ -40,7 +40,7 @@ def add_wrist_sensor(
 ) -> ForceTorqueSensor:
     """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
 
-    Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
+    Its output port `wrench` is an input of the controllers. With `inertial_load: reference` connect
     its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
     `reference_is_held` to its `last_compliant_motion`, which costs less. For two arms that hold an
     object see `add_wrist_sensors`.
@@ -86,7 +86,7 @@ def add_wrist_sensors(
 ) -> ForceTorqueSensors:
     """Adds several force/torque sensors as one system, connected to the plant: it costs less.
 
-    Its output ports `wrench_1`, `wrench_2` and so on are what `make_cooperative_controller` wants.
+    Its output ports `wrench_1`, `wrench_2` and so on are inputs of `make_cooperative_controller`.
     With `inertial_load: reference` connect its input ports `reference_motion_1` and so on yourself:
     with `reference_is_held` to the controller's `last_reference_motion_1` and so on. It costs less
     to give the sensors to that controller, see `connect_wrist_sensors`.

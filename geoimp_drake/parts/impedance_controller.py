@@ -102,7 +102,7 @@ class ImpedanceController:
             ),
             held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
             held("last_compliant_motion", self._last),
-            # Of six joints it says how near a singularity is, where there may be no torque.
+            # With six joints it is wanted near a singularity, where there may be no torque.
             Output("smallest_singular_value", 1, self._write_singular_value, reading),
             Output("null_space_error", n, self._write_error, torque),
             Output("task_value", 1, self._write_task_value, torque),

@@ -1,4 +1,4 @@
-"""What a part within another one is given."""
+"""What a part within another one sees."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What one wrist sensor does with the reaction force of its joint."""
+"""One wrist sensor: from its joint's reaction force to a wrench."""
 
 import logging
 
@@ -36,7 +36,7 @@ class Sensor:
     """One wrist sensor.
 
     Args:
-        sensor: where it sits, what it carries, how it reads.
+        sensor: its mounting, its tool and its configuration.
         suffix: of its ports.
 
     Attributes:
@@ -138,7 +138,7 @@ class Sensor:
             self._check(now, motion, reaction)
 
     def _warn(self, now: Now, raw: Array, before: Array, peak: Array) -> None:
-        """Says which axis leaves its range, the first time that it does."""
+        """Warns which axis leaves its range, the first time that it does."""
         for axis in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
             _log.warning(
                 f"{self._name or now.system} saturates at t = {now.time:.3f} s: {_AXES[axis]} is "

@@ -218,7 +218,7 @@ class PartSystem(Block):
 
 
 class FlowingPartSystem(PartSystem):
-    """The same for a part with continuous state; only such a system is asked for derivatives."""
+    """The same for a part with continuous state; Drake asks only such a system for derivatives."""
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Has the part write the derivative of its state."""

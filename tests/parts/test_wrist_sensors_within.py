@@ -249,5 +249,5 @@ def test_one_sensor_for_two_hands_is_refused(monkeypatch) -> None:
         return real(*arguments, sensors=sensors[:1], **options)
 
     monkeypatch.setattr("geoimp_drake.diagrams.setups.tight.make_cooperative_controller", with_one)
-    with pytest.raises(ConfigurationError, match="There are 1 sensors; give one a hand, or none"):
+    with pytest.raises(ConfigurationError, match="There are 1 sensors; give one per hand, or none"):
         bar()

@@ -1,4 +1,4 @@
-"""What every family of rotational impedances can do, whatever represents the displacement."""
+"""The interface of every family of rotational impedances, whatever represents the displacement."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -15,8 +15,8 @@ class GraspMonitor(PartSystem):
     at any rate: slow ones take longer than `fall_time`, fast ones are through within `dwell`.
     Detection takes the fall, `dwell` and one sample: at most `fall_time` + `dwell` + one period.
 
-    A grasp that carries nothing cannot be told from one that is open: if s is below `loaded` when
-    the grasp opens, nothing is reported.
+    A grasp that carries nothing cannot be distinguished from an open one: if s is below `loaded`
+    when the grasp opens, nothing is reported.
 
     The report is latched until the simulator is initialized again, and logged by Drake's logger.
 

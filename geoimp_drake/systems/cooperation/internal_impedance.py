@@ -10,7 +10,7 @@ __all__ = ["InternalImpedance"]
 
 
 class InternalImpedance(FlowingPartSystem):
-    """Moves the mutual pose that two hands are to hold, as the internal wrench asks for.
+    """Moves the mutual pose that two hands hold, as the internal wrench pushes it.
 
     The laws (3.1) and (3.30) once more, with the mutual pose of the grasp in the place of D, the
     one that the references follow in the place of C, and the internal wrench h_i = ½(h_2 − h_1):

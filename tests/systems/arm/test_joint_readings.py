@@ -31,9 +31,9 @@ def swinging_source(kind: str, period: float = 1e-3) -> tuple[Diagram, JointRead
     both = builder.AddSystem(Multiplexer([2, 2]))
     builder.Connect(q.get_output_port(0), both.get_input_port(0))
     builder.Connect(v.get_output_port(0), both.get_input_port(1))
-    estimator = builder.AddNamedSystem("readings", JointReadings(2, period, kind))
-    builder.Connect(both.get_output_port(), estimator.get_input_port())
-    return builder.Build(), estimator
+    block = builder.AddNamedSystem("readings", JointReadings(2, period, kind))
+    builder.Connect(both.get_output_port(), block.get_input_port())
+    return builder.Build(), block
 
 
 def swinging_plant(kind: str, period: float = 1e-3) -> tuple[Diagram, JointReadings]:
@@ -44,12 +44,12 @@ def swinging_plant(kind: str, period: float = 1e-3) -> tuple[Diagram, JointReadi
     plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), bob.body_frame(), [0, 1, 0]))
     plant.Finalize()
     plant.SetDefaultPositions([1.0])
-    estimator = builder.AddNamedSystem("readings", JointReadings(1, period, kind))
-    builder.Connect(plant.get_state_output_port(), estimator.get_input_port())
-    return builder.Build(), estimator
+    block = builder.AddNamedSystem("readings", JointReadings(1, period, kind))
+    builder.Connect(plant.get_state_output_port(), block.get_input_port())
+    return builder.Build(), block
 
 
-def readings(diagram: Diagram, estimator: JointReadings, times, v0=None) -> np.ndarray:
+def readings(diagram: Diagram, block: JointReadings, times, v0=None) -> np.ndarray:
     """Returns the reading at each of the times, one a row; at zero, that of initialization."""
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -59,7 +59,7 @@ def readings(diagram: Diagram, estimator: JointReadings, times, v0=None) -> np.n
     rows = []
     for time in times:
         simulator.AdvanceTo(time) if time else simulator.Initialize()
-        rows.append(estimator.get_output_port().Eval(estimator.GetMyContextFromRoot(context)))
+        rows.append(block.get_output_port().Eval(block.GetMyContextFromRoot(context)))
     return np.array(rows)
 
 
@@ -100,20 +100,20 @@ def test_velocity_never_jumps_from_one_reading_to_the_next(kind, period, source)
 
 
 def test_before_a_simulator_has_initialized_the_reading_passes_through() -> None:
-    estimator = JointReadings(2, 1e-3, "differenced")
-    context = estimator.CreateDefaultContext()
+    block = JointReadings(2, 1e-3, "differenced")
+    context = block.CreateDefaultContext()
     for state in ([1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]):
-        estimator.get_input_port().FixValue(context, state)
-        np.testing.assert_array_equal(estimator.get_output_port().Eval(context), state)
+        block.get_input_port().FixValue(context, state)
+        np.testing.assert_array_equal(block.get_output_port().Eval(context), state)
 
 
 @pytest.mark.parametrize("bad", [np.nan, -np.inf])
 def test_a_state_that_is_not_finite_is_refused_by_name(bad: float) -> None:
-    estimator = JointReadings(2)
-    estimator.set_name("readings")
-    simulator = Simulator(estimator)
+    block = JointReadings(2)
+    block.set_name("readings")
+    simulator = Simulator(block)
     state = np.array([0.0, bad, 0.0, 0.0])
-    estimator.get_input_port().FixValue(simulator.get_mutable_context(), state)
+    block.get_input_port().FixValue(simulator.get_mutable_context(), state)
     with pytest.raises(SignalError, match=rf"readings:state.*1: {bad}"):
         simulator.Initialize()
 
