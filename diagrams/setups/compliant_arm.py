@@ -45,10 +45,6 @@ class CompliantArm:
         }
         record_arm(recorder, plant, self.name, ports)
 
-    def frames(self, recorder: Recorder) -> dict[str, OutputPort]:
-        """Returns the motions of D, C and E, to be drawn, from where they are logged."""
-        return {name: recorder.port(f"{self.name}/motion_{name}") for name in "DCE"}
-
 
 def add_compliant_arm(
     builder: DiagramBuilder,
