@@ -13,11 +13,11 @@ from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.compilation.compiled import compiled, is_available
 from geoimp_drake.laws.compositions.arm_quantities import arm_quantities
 from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
-from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
-from geoimp_drake.laws.redundancy.null_space_motion import (
+from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_acceleration,
     null_space_motion_error,
 )
+from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]

@@ -7,6 +7,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce
 
 from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.laws.compositions.sensor_sample import sensor_sample, sensor_sample_along
 from geoimp_drake.laws.dynamics.path_motion import pose_along
 from geoimp_drake.laws.frame_motion import (
     ANGULAR_ACCELERATION,
@@ -17,7 +18,6 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.laws.sensing.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensing.sensor_reading import filter_gain
-from geoimp_drake.laws.sensing.sensor_sample import sensor_sample, sensor_sample_along
 from geoimp_drake.parts.counted_noise import CountedNoise
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal

@@ -68,8 +68,8 @@ class StiffnessSliders(Block):
     """Two sliders that scale K_p and K_o; the stiffness follows them without a jump.
 
     A factor s follows its slider u by ṡ = (u − s)/T, T = 0.3 s, so that the elastic wrench is
-    continuous. A spring that is made stiffer while it is loaded gains energy without anybody's
-    work: the power 𝒰 ṡ/s, 𝒰 the potential energy, is put out and shown.
+    continuous. A spring that is made stiffer while it is loaded gains energy that no
+    force supplies: the power 𝒰 ṡ/s, 𝒰 the potential energy, is put out and shown.
 
     Args:
         meshcat: where the sliders appear.
@@ -175,7 +175,7 @@ class PushButton(Block):
 
 
 def pause_button(meshcat: Meshcat) -> Callable[[], bool]:
-    """Adds a button and returns what waits while it says pause, and says whether it has waited."""
+    """Adds a pause button; what it returns waits while it is on and returns True if it waited."""
     meshcat.AddButton(PAUSE, "Space")
 
     def wait() -> bool:

@@ -5,11 +5,11 @@ from functools import cache
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.compilation.small_arrays import sized, stored
-from geoimp_drake.laws.dynamics.serial_chain import chain_coriolis
-from geoimp_drake.laws.redundancy.null_space_motion import (
+from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_acceleration,
     null_space_motion_error,
 )
+from geoimp_drake.laws.dynamics.serial_chain import chain_coriolis
 from geoimp_drake.typing import Array
 
 __all__ = ["chain_null_space"]

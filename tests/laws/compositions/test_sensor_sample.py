@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.laws.compositions.sensor_sample import sensor_sample
 from geoimp_drake.laws.sensing.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensing.sensor_reading import peak_reading, sensor_reading
-from geoimp_drake.laws.sensing.sensor_sample import sensor_sample
 from geoimp_drake.rotations import quaternion
 
 RESOLUTION = np.repeat([0.005, 0.06], 3)
