@@ -38,7 +38,7 @@ ALLOWED = {
     "__init__": ASSEMBLY | {"robot_files", "simulation"},
     "models": FOUNDATIONS | {"models"},
     "diagrams": RUNNING | {"models", "diagrams"},
-    "cli": RUNNING | {"__init__", "diagrams"},
+    "cli": RUNNING | {"__init__", "cli", "diagrams"},
 }
 WITHOUT_DRAKE = LAWS - {"compilation"}  # which is there to know numba
 
