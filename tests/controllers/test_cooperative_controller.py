@@ -275,11 +275,23 @@ def test_wrong_arms_are_named(parallel: ArmPair) -> None:
         ("sampling", "period", 0.06, "internal.translation.damping"),
     ],
 )
-def test_field_that_cannot_be_used_is_named(part: str, key: str, value, text: str) -> None:
+def test_field_that_cannot_be_used_is_named(
+    parallel: ArmPair, part: str, key: str, value, text: str
+) -> None:
     config = CooperativeControllerConfig(load=ObjectLoad())
     setattr(getattr(config, part), key, value)
-    with pytest.raises(ConfigurationError, match=text):
-        check(config)
+    for act in (check, parallel.controller):
+        with pytest.raises(ConfigurationError, match=text):
+            act(config)
+
+
+def test_an_attribute_that_is_no_field_is_refused(parallel: ArmPair) -> None:
+    config = CooperativeControllerConfig()
+    config.monitors = None
+    with pytest.raises(
+        ConfigurationError, match=r"CooperativeControllerConfig 'monitors'.*'monitor'"
+    ):
+        parallel.controller(config)
 
 
 def test_configuration_is_read_from_yaml_over_its_defaults() -> None:
