@@ -241,6 +241,13 @@ BAD_INPUTS = {
 }
 
 
+@pytest.mark.parametrize("key", ["internal.translation.mass", "opened.stop_time"])
+def test_a_sweep_that_the_controller_would_refuse_is_not_begun(key, out, capsys):
+    assert run("sweep", "bar", "--vary", f"{key}=-1:1", "--out", out) == 2
+    assert f"{key} cannot be -1: {key} is " in capsys.readouterr().err
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("arguments", BAD_INPUTS)
 def test_bad_input_gets_one_clear_line_and_writes_nothing(arguments, out, capsys, monkeypatch):
     monkeypatch.setattr("geoimp_drake.campaigns.many_runs._CONNECT_TIMEOUT", 0.5)
