@@ -52,6 +52,19 @@ def test_a_page_runs_as_printed(page, tmp_path, monkeypatch):
         assert set(re.findall(r"`([\w/]+)`", "".join(rows))) == set(names["log"].files)
 
 
+def test_what_the_pages_use_is_public():
+    """Pages and notebooks import only from modules that the reference calls public."""
+    text = (ROOT / "docs" / "api" / "index.md").read_text(encoding="utf-8")
+    public = set(re.findall(r"`(geoimp_drake[\w.]*)`", text)) - {"geoimp_drake.__all__"}
+    assert public <= {*MODULES, *(module.rpartition(".")[0] for module in MODULES)}
+    code = [block.text for page in (README, *DOCS) for block in blocks(page)]
+    code += [notebook.read_text(encoding="utf-8") for notebook in ROOT.glob("notebooks/*.ipynb")]
+    used = set(re.findall(r"from (geoimp_drake[\w.]*) ", "\n".join(code)))
+    assert len(used) > 20
+    packages = tuple(f"{name}." for name in public - {"geoimp_drake"})
+    assert {name for name in used - public if not name.startswith(packages)} == set()
+
+
 def test_only_the_readme_and_the_documentation_show_code():
     assert {page for page in PAGES if blocks(page)} <= {README, *DOCS}
 
