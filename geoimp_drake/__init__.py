@@ -24,10 +24,10 @@ if TYPE_CHECKING:
         connect_wrist_sensors,
         wrist_sensor_at,
     )
+    from geoimp_drake.parts.wrist_sensor_config import ToolLoad, WristSensorConfig
     from geoimp_drake.robot_files.loading import load_robot
     from geoimp_drake.simulation.log_data import load_log
     from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
-    from geoimp_drake.systems.sensing.wrist_sensor_config import ToolLoad, WristSensorConfig
     from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 __version__ = "0.1.0"
@@ -58,8 +58,8 @@ _MODULES = {
     "DesiredMotion": "systems.sources.desired_motion",
     "ImpedanceControllerConfig": "controllers.config",
     "MotionSegment": "systems.sources.desired_motion",
-    "ToolLoad": "systems.sensing.wrist_sensor_config",
-    "WristSensorConfig": "systems.sensing.wrist_sensor_config",
+    "ToolLoad": "parts.wrist_sensor_config",
+    "WristSensorConfig": "parts.wrist_sensor_config",
     "add_wrist_sensor": "controllers.wrist_sensor",
     "add_wrist_sensors": "controllers.wrist_sensor",
     "connect_wrist_sensors": "controllers.wrist_sensor",

@@ -1,4 +1,4 @@
-"""The errors that this library raises: each says what, the number, and what to do."""
+"""The errors that this library raises: each names the cause, the number and what to do."""
 
 __all__ = [
     "ConfigurationError",
@@ -19,7 +19,7 @@ class ConfigurationError(GeoimpError):
 
 
 class ModelError(GeoimpError):
-    """The plant does not contain the arm, joint or frame that was asked for, or not like that."""
+    """The plant does not contain the arm, joint or frame needed, or not of the right kind."""
 
 
 class SignalError(GeoimpError):

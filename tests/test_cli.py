@@ -87,7 +87,7 @@ def test_claims_that_a_short_run_cannot_judge_are_neither_true_nor_false(out):
     assert run(*SHORT, "--out", str(out)) == 0
     claims = json.loads((out / "metrics.json").read_text())["claims"]
     assert {claim["holds"] for claim in claims} == {None, True}
-    assert all((claim["figure"] is None) == (claim["holds"] is None) for claim in claims)
+    assert all((claim["value"] is None) == (claim["holds"] is None) for claim in claims)
 
 
 def test_options_reach_the_scenario(out, tmp_path):
@@ -195,6 +195,9 @@ def test_a_bad_scenario_file_gets_one_clear_line(content, out, tmp_path, capsys)
         (("run", "plexiglas", "--duration", "-1"), "duration is -1"),
         (("run", "plexiglas", "--duration", "soon"), "--duration: invalid float value: 'soon'"),
         (("run", "plexiglas", "--scenario", "missing.yaml"), "missing.yaml cannot be read"),
+        (("run", "plexiglas", "--host", "localhost"), "give --meshcat as well"),
+        (("run", "plexiglas", "--html", "--host", "localhost"), "give --meshcat as well"),
+        (("run", "plexiglas", "--meshcat", "--host", "no host"), "cannot listen at no host: "),
         (("run",), "Name an experiment that `geoimp list` shows"),
         (("walk",), "invalid choice: 'walk'"),
     ],
@@ -268,6 +271,9 @@ def test_what_is_reported_while_a_run_goes_on_is_seen_on_the_terminal(out, capsy
     assert run("run", "plexiglas", *narrow, "--duration", "0.01", "--out", str(out)) == 0
     assert "saturates at t = " in capsys.readouterr().err
     assert run("run", "plexiglas", "--meshcat", "--duration", "0.01", "--out", str(out)) == 0
+    assert re.search(r"Meshcat shows the run at http://127\.0\.0\.1:", capsys.readouterr().err)
+    there = ("--meshcat", "--host", "localhost")
+    assert run("run", "plexiglas", *there, "--duration", "0.01", "--out", str(out)) == 0
     assert re.search("Meshcat shows the run at http://localhost:", capsys.readouterr().err)
     assert not logging.getLogger("drake").handlers
 

@@ -26,7 +26,7 @@ from geoimp_drake.systems.frame_motion import LINEAR_VELOCITY, POSITION, QUATERN
 from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
-__all__ = ["claims", "contact_stiffness", "figures", "internal_wrench", "sweep_figures"]
+__all__ = ["claims", "contact_stiffness", "figures", "internal_wrench", "sweep_values"]
 
 # 1300 N/m of the impedance and 5000 N/m of the box in series.
 NORMAL_STIFFNESS = 1300.0 * 5000.0 / (1300.0 + 5000.0)
@@ -36,7 +36,7 @@ AFTER_STOP = 0.05  # from the hold on which the hands have to be at rest [s]
 
 
 def claims(log: Log, scenario: TightScenario) -> list[Claim]:
-    """Returns the claims, each with its figure from the log."""
+    """Returns the claims, each with its value from the log."""
     if scenario.release is not None:
         return _claims_on_release(log, scenario)
     internal = internal_wrench(log)
@@ -47,7 +47,7 @@ def claims(log: Log, scenario: TightScenario) -> list[Claim]:
     ]
 
 
-def sweep_figures(log: Log, scenario: TightScenario) -> dict[str, float | bool]:
+def sweep_values(log: Log, scenario: TightScenario) -> dict[str, float | bool]:
     """Returns what a sweep tabulates: success is a bounded squeeze that comes to rest."""
     force = _norm(internal_wrench(log)[:, 3:])
     settled = force[log["t"] >= log["t"][-1] - 0.5]
@@ -80,9 +80,9 @@ def contact_stiffness(log: Log, samples: Array) -> float:
 
 
 def _claims_at_rest(log: Log, scenario: TightScenario) -> list[Claim]:
-    """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
-    value = figures.get
+    """Returns the claims on the steady state, without values where the run ended before it."""
+    values = _values_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
+    value = values.get
     return [
         at_least("Δp_dc along Z_d", value("along"), 20.0, "mm"),
         at_most("Δp_dc along Y_d", value("sideways"), 2.0, "mm"),
@@ -96,7 +96,7 @@ def _claims_at_rest(log: Log, scenario: TightScenario) -> list[Claim]:
     ]
 
 
-def _figures_at_rest(log: Log, scenario: TightScenario) -> dict[str, float]:
+def _values_at_rest(log: Log, scenario: TightScenario) -> dict[str, float]:
     rest = last_second(log)
     _, _, K_p = scenario.impedance.gains("translation")
     dp = np.abs(log[f"{OBJECT}/motion_D"] - log[f"{OBJECT}/motion_C"])[rest][:, POSITION]
@@ -138,8 +138,8 @@ def _attitude_error(log: Log, arm: str) -> Array:
 
 def _claims_on_release(log: Log, scenario: TightScenario) -> list[Claim]:
     """Returns the claims about a grasp that opens: seen at once, and both hands stay."""
-    figures = _figures_on_release(log, scenario)
-    value = figures.get
+    values = _values_on_release(log, scenario)
+    value = values.get
     return [
         at_most("time until the open grasp is seen", value("detection"), 1e3 * DETECTION, "ms"),
         at_most("fastest hand from 50 ms after the hold on", value("speed"), 0.05, "m/s"),
@@ -147,8 +147,8 @@ def _claims_on_release(log: Log, scenario: TightScenario) -> list[Claim]:
     ]
 
 
-def _figures_on_release(log: Log, scenario: TightScenario) -> dict[str, float]:
-    """Returns the figures after the grasp has opened; none if nobody has noticed."""
+def _values_on_release(log: Log, scenario: TightScenario) -> dict[str, float]:
+    """Returns the values after the grasp has opened; none if it was not reported."""
     t, release = log["t"], scenario.release
     seen = float(log["grasp/opened"][-1, 2]) if "grasp/opened" in log else -1.0
     if release is None or seen < 0.0:

@@ -79,12 +79,12 @@ class Experiment:
         return figures
 
     @property
-    def sweep_figures(self) -> Callable[[Log, Any], dict[str, float | bool]] | None:
+    def sweep_values(self) -> Callable[[Log, Any], dict[str, float | bool]] | None:
         """What a sweep tabulates besides the claims, `success` among it; None for the claims."""
         module = resolve_name(f"{_DIAGRAMS}.experiments.{self.module}")
-        figures: Callable[[Log, Any], dict[str, float | bool]] | None
-        figures = getattr(module, f"{self.prefix}sweep_figures", None)
-        return figures
+        values: Callable[[Log, Any], dict[str, float | bool]] | None
+        values = getattr(module, f"{self.prefix}sweep_values", None)
+        return values
 
     def _function(self, name: str) -> Any:
         return resolve_name(f"{_DIAGRAMS}.experiments.{self.module}:{self.prefix}{name}")

@@ -1,4 +1,4 @@
-"""What the families are compared in: one curve a family in each panel, and claims across them."""
+"""How families are compared: one curve per family in each panel, and claims across them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

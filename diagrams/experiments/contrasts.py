@@ -1,4 +1,4 @@
-"""What runs of one experiment with different settings are compared in, and claims across them."""
+"""How runs of one experiment with different settings are compared, and claims across them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ Curve = tuple[str, str, Array]
 FORCE, MOMENT = slice(3, 6), slice(0, 3)
 
 
-def _internal_motion_curves(log: Log, scenario: Any) -> list[Curve]:
+def _null_space_curves(log: Log, scenario: Any) -> list[Curve]:
     force = log[f"{scenario.arm}/wrench"][:, FORCE]
     return [
         ("contact force", "‖f‖ [N]", _norm(force)),
@@ -29,14 +29,14 @@ def _internal_motion_curves(log: Log, scenario: Any) -> list[Curve]:
     ]
 
 
-def _internal_motion_claims(runs: Runs) -> list[Claim]:
-    """Returns that the contact does not feel the internal motion, and that it does its work."""
+def _null_space_claims(runs: Runs) -> list[Claim]:
+    """Returns that the contact does not feel the null-space motion, which still makes w fall."""
     if not {"with-k-beta", "without-k-beta"} <= runs.keys():
         return []
     (log, scenario), (other, unaware) = runs["with-k-beta"], runs["without-k-beta"]
     reached = all(ended_in_contact(one, own.segments) for one, own in runs.values())
-    figures = _internal_motion_figures(log, scenario, other, unaware) if reached else {}
-    value = figures.get
+    values = _null_space_values(log, scenario, other, unaware) if reached else {}
+    value = values.get
     return [
         at_most("contact force without k_β off that with it, over the peak", value("force"), 0.03),
         at_most(
@@ -46,7 +46,7 @@ def _internal_motion_claims(runs: Runs) -> list[Claim]:
     ]
 
 
-def _internal_motion_figures(log: Log, scenario: Any, other: Log, unaware: Any) -> dict[str, float]:
+def _null_space_values(log: Log, scenario: Any, other: Log, unaware: Any) -> dict[str, float]:
     bounds = {name: (begin, end) for name, begin, end in phases_of(scenario.segments)}
     begin, end = bounds["approach"][0], bounds["contact"][1]
     contact = (log["t"] >= begin) & (log["t"] <= end)
@@ -125,7 +125,7 @@ def _norm(vectors: Array) -> Array:
 
 
 CONTRASTS = {
-    "redundancy": Comparison(_internal_motion_curves, _internal_motion_claims),
+    "redundancy": Comparison(_null_space_curves, _null_space_claims),
     "peg_in_hole": Comparison(_mating_curves, _mating_claims),
     "bar": Comparison(_squeeze_curves, _squeeze_claims),
 }

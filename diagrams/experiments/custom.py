@@ -23,15 +23,15 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "figures"]
 
-# Below these nothing is felt, and a relative error says nothing [N, Nm].
+# Below these a relative error means nothing [N, Nm].
 _LEAST_FORCE, _LEAST_MOMENT = 0.5, 0.05
 
 
 def claims(log: Log, scenario: Any) -> list[Claim]:
     """Returns that the impedance is really there at rest, as far as something is felt then."""
     at_rest = phase_reached(log, scenario.duration) and log["t"][-1] > 1.0
-    figures = _figures_at_rest(log, scenario) if at_rest else {}
-    value = figures.get
+    values = _values_at_rest(log, scenario) if at_rest else {}
+    value = values.get
     wrench = np.abs(log[f"{scenario.compliant}/wrench"])
     sensor = scenario.sensor
     return [
@@ -43,17 +43,17 @@ def claims(log: Log, scenario: Any) -> list[Claim]:
     ]
 
 
-def _figures_at_rest(log: Log, scenario: Any) -> dict[str, float]:
+def _values_at_rest(log: Log, scenario: Any) -> dict[str, float]:
     body, rest = scenario.compliant, last_second(log)
     wrench = log[f"{body}/wrench"][rest]
-    figures = {"drift": float(np.ptp(wrench[:, 3:], axis=0).max())}
+    values = {"drift": float(np.ptp(wrench[:, 3:], axis=0).max())}
     axes = scenario.impedance.axes
     if axes in ("both", "translation") and _least(wrench[:, 3:]) > _LEAST_FORCE:
         _, _, K_p = scenario.impedance.gains("translation")
-        figures["force"] = force_spring_error(log, body, K_p, rest)
+        values["force"] = force_spring_error(log, body, K_p, rest)
     if axes in ("both", "rotation") and _least(wrench[:, :3]) > _LEAST_MOMENT:
-        figures["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
-    return figures
+        values["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
+    return values
 
 
 def _least(vectors: Any) -> float:

@@ -11,7 +11,7 @@ from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.frame_motion import POSITION, pose_of
 from geoimp_drake.typing import Array
 
-__all__ = ["claims", "depth", "figures", "sweep_figures"]
+__all__ = ["claims", "depth", "figures", "sweep_values"]
 
 FORCE_BOUND, MOMENT_BOUND = 50.0, 5.0  # within which mating stays [N, Nm]
 FORCE_RANGE, MOMENT_RANGE = 130.0, 10.0  # of the wrist sensor
@@ -27,7 +27,7 @@ def depth(log: Log, scenario: LooseScenario) -> Array:
 
 
 def claims(log: Log, scenario: LooseScenario) -> list[Claim]:
-    """Returns the claims, each with its figure from the log."""
+    """Returns the claims, each with its value from the log."""
     if scenario.impedance.axes == "none":
         return [_beyond_the_sensor(log, scenario)]
     force, moment = _peaks(log, scenario)
@@ -38,7 +38,7 @@ def claims(log: Log, scenario: LooseScenario) -> list[Claim]:
     ]
 
 
-def sweep_figures(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
+def sweep_values(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
     """Returns what a sweep tabulates: success is a seated peg with small forces."""
     final = float(depth(log, scenario)[-1])
     force, moment = _peaks(log, scenario)
@@ -64,9 +64,9 @@ def _beyond_the_sensor(log: Log, scenario: LooseScenario) -> Claim:
 
 
 def _claims_at_rest(log: Log, scenario: LooseScenario) -> list[Claim]:
-    """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if _reached(log, scenario) else {}
-    value = figures.get
+    """Returns the claims on the steady state, without values where the run ended before it."""
+    values = _values_at_rest(log, scenario) if _reached(log, scenario) else {}
+    value = values.get
     seated = [at_least("depth of the peg", value("depth"), 1e3 * _least_depth(scenario), "mm")]
     if _overshoot(scenario) <= 0:
         return seated
@@ -77,7 +77,7 @@ def _claims_at_rest(log: Log, scenario: LooseScenario) -> list[Claim]:
     ]
 
 
-def _figures_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
+def _values_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
     arm, rest = scenario.compliant, last_second(log)
     _, _, K_p = scenario.impedance.gains("translation")
     axis = pose_of(log["hole/motion_H"][0]).rotation().col(2)

@@ -32,7 +32,7 @@ NORMAL_STIFFNESS = 700.0 * 1e4 / (700.0 + 1e4)
 
 
 def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns the claims of the first case study, each with its figure from the log."""
+    """Returns the claims of the first case study, each with its value from the log."""
     arm = scenario.arm
     wrench = np.abs(np.vstack((log[f"{arm}/wrench"], log[f"{arm}/wrench_true"])))
     return [
@@ -43,9 +43,9 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns the claims on the steady state, without figures where the run ended before it."""
-    figures = _figures_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
-    value = figures.get
+    """Returns the claims on the steady state, without values where the run ended before it."""
+    values = _values_at_rest(log, scenario) if ended_in_contact(log, scenario.segments) else {}
+    value = values.get
     return [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),
         at_most("at rest ᶜμ = K'_o ᶜε_dc, relative error", value("moment"), 0.02),
@@ -57,7 +57,7 @@ def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     ]
 
 
-def _figures_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
+def _values_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
     arm, rest = scenario.arm, last_second(log)
     _, _, K_p = scenario.impedance.gains("translation")
     return {

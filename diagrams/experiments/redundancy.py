@@ -27,7 +27,7 @@ __all__ = ["claims", "figures", "task_value"]
 
 
 def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns the claims of the fifth case study, each with its figure from the log.
+    """Returns the claims of the fifth case study, each with its value from the log.
 
     What the run with k_β and the one without have in common is compared by a test.
     """
@@ -71,8 +71,8 @@ def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims on the last second of contact."""
     end = _end_of(scenario, "contact")
     touched = "surface/plane" in log and phase_reached(log, end)
-    figures = _contact_figures(log, scenario, end) if touched else {}
-    value = figures.get
+    values = _contact_values(log, scenario, end) if touched else {}
+    value = values.get
     claims = [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.01),
         at_most("ᶜε_dc about other axes over that about y_C", value("axis"), 0.05),
@@ -84,7 +84,7 @@ def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     return claims
 
 
-def _contact_figures(log: Log, scenario: SingleArmScenario, end: float) -> dict[str, float]:
+def _contact_values(log: Log, scenario: SingleArmScenario, end: float) -> dict[str, float]:
     arm = scenario.arm
     settled = (log["t"] >= end - 1.0) & (log["t"] <= end)
     _, _, K_p = scenario.impedance.gains("translation")
@@ -114,7 +114,7 @@ def _claims_after_leaving(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     arm = scenario.arm
     end = sum(segment.duration for segment in scenario.segments)
     reached = phase_reached(log, end)
-    figures = {
+    values = {
         "force at the end": (np.abs(log[f"{arm}/wrench"][-1, 3:]).max(), 0.5, "N"),
         "Δp_dc at the end": (
             np.abs((log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[-1, POSITION]).max(),
@@ -128,8 +128,8 @@ def _claims_after_leaving(log: Log, scenario: SingleArmScenario) -> list[Claim]:
         ),
     }
     return [
-        at_most(name, float(figure) if reached else None, bound, unit)
-        for name, (figure, bound, unit) in figures.items()
+        at_most(name, float(value) if reached else None, bound, unit)
+        for name, (value, bound, unit) in values.items()
     ]
 
 
@@ -155,7 +155,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
                 ("elbow", "q [rad]", elbow, None),
                 ("task function", "w [rad²]", task_value(log, scenario), 0.0),
             ],
-            f"redundancy: internal motion, k_β = {k_beta:g}",
+            f"redundancy: null-space motion, k_β = {k_beta:g}",
             phases,
         ),
     }

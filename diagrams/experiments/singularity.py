@@ -29,8 +29,8 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
     The ratios between families are claims of `geoimp compare singularity`.
     """
-    figures = held_and_peak(log, scenario.arm) if ended_in_contact(log, scenario.segments) else {}
-    value = figures.get
+    values = held_and_peak(log, scenario.arm) if ended_in_contact(log, scenario.segments) else {}
+    value = values.get
     cond = float(conditioning(log, scenario.arm, scenario.impedance).max())
     if scenario.impedance.orientation == "classical-euler":
         return [

@@ -1,4 +1,4 @@
-"""The cell: an arm, its wrist sensor and its tool, put into somebody's MultibodyPlant.
+"""The cell: an arm, its wrist sensor and its tool, added to a MultibodyPlant.
 
     W ── base ─(track)─ waist … tool_roll ─ flange ═ mount ═[wrist_sensor]═ tool_side ═ tool: disk
 

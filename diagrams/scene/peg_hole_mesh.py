@@ -40,7 +40,7 @@ def peg_volume(config: PegHoleConfig) -> Mesh:
     inner = np.array([[0.0, 0.0, -config.peg_length / 2]])
     skin = np.vstack([_fan(n, 0), _band(n), _fan(n, n)[:, ::-1]])
     apex = np.full((len(skin), 1), 2 * n)
-    # Drake wants the first three counterclockwise as the fourth sees them.
+    # Drake expects the first three counterclockwise as the fourth sees them.
     volume = Polyhedra(np.vstack([tip, back, inner]), np.hstack([skin[:, ::-1], apex]))
     return volume.tetrahedra("peg")
 

@@ -1,4 +1,4 @@
-"""Meshes of a few triangles or tetrahedra, in memory, for contact that shall cost little."""
+"""Meshes of a few triangles or tetrahedra, in memory, for contact that is cheap to compute."""
 
 from dataclasses import dataclass
 

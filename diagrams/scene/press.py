@@ -1,4 +1,4 @@
-"""The press test: a disk held still against a surface tells its quasi-static stiffnesses."""
+"""The press test: a disk held still against a surface measures its quasi-static stiffnesses."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class PressResult:
 
 
 class PressRig:
-    """A plant with one surface and a disk that is held where it is told.
+    """A plant with one surface and a disk that is held at a given pose.
 
     Frames: S, the undeformed surface, z outward; D, the disk, z out of its face. Where the disk is
     not tilted, D is S turned by π about x.
@@ -76,7 +76,7 @@ class PressRig:
         return self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
     def place(self, depth: float, tilt: Array | None = None) -> None:
-        """Starts afresh: the disk held `depth` [m] behind S, the plate at rest against its face.
+        """Resets: the disk held `depth` [m] behind S, the plate at rest against its face.
 
         A plate that starts at S instead would be struck by the disk, and friction would keep what
         the blow leaves behind: newtons along the surface, a twentieth of the tilt stiffness.

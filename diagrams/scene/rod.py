@@ -55,6 +55,6 @@ def add_rod(plant: MultibodyPlant, arm: str, length: float, R_SE: RotationMatrix
 def draw(
     plant: MultibodyPlant, body: RigidBody, z: float, shape: Box | Cylinder, name: str, color: Array
 ) -> None:
-    """Draws a shape, its middle at height z; a plant without SceneGraph has nothing to be seen."""
+    """Draws a shape, its middle at height z; without a SceneGraph nothing is drawn."""
     if plant.geometry_source_is_registered():
         plant.RegisterVisualGeometry(body, RigidTransform([0, 0, z]), shape, name, color)

@@ -97,7 +97,7 @@ def plexiglas() -> SurfaceConfig:
 def stiff_plexiglas() -> SurfaceConfig:
     """A sheet of 10⁴ N/m and 20 Nm/rad that yields nearly in its mount alone.
 
-    The edge of a tilted disk sinks in less than into `plexiglas`, so it loads the wrist sooner.
+    The edge of a tilted disk sinks in less than into `plexiglas`, so it loads the wrist earlier.
     """
     return SurfaceConfig(
         name="plexiglas-stiff",

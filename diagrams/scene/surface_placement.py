@@ -4,8 +4,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
 
-from geoimp_drake.diagrams.scene.surface import DISK_RADIUS, SurfaceConfig
+from geoimp_drake.diagrams.scene.surface import (
+    DISK_RADIUS,
+    SurfaceConfig,
+    add_disk_contact,
+    add_surface,
+)
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_vector, key
@@ -33,6 +40,21 @@ class SurfacePlacement:
     def check_step(self, name: str, step: float) -> None:
         """Raises ConfigurationError if the surface diverges at a plant's time step [s]."""
         self.properties.check_step(key(name, "properties"), step)
+
+    def add(
+        self, plant: MultibodyPlant, body: RigidBody, X_BD: RigidTransform, disk_resolution: float
+    ) -> None:
+        """Adds the surface and what makes a body's disk feel it.
+
+        Args:
+            plant: not finalized.
+            body: with the disk.
+            X_BD: pose of the disk on it.
+            disk_resolution: edge length of the disk's contact mesh [m].
+        """
+        friction = self.properties.friction
+        add_surface(plant, self.properties, self.pose())
+        add_disk_contact(plant, body, X_BD, friction=friction, resolution_hint=disk_resolution)
 
     def pose(self) -> RigidTransform:
         """Returns X_WS: z along the normal, origin at the point."""

@@ -4,7 +4,7 @@
  desired_motion ──▶ controller ──actuation──▶ plant: arm ═ sensor ═ what the hand holds
                      ▲      ▲                  │ │
                      │      └── state ─────────┘ │
-                     └── wrench ── wrist sensor ◀┘ reaction forces
+                     └── reaction forces ────────┘
 ```
 """
 
@@ -12,15 +12,14 @@ from dataclasses import dataclass
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
-from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.simulation.recorder import Recorder
-from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
 
@@ -32,8 +31,7 @@ class CompliantArm:
     name: str  # of the arm, in plant and log
     end_effector: Frame
     desired_motion: OutputPort
-    controller: Diagram
-    sensor: ForceTorqueSensor
+    controller: System
 
     def record(self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant) -> None:
         """Logs what the log contract names."""
@@ -42,14 +40,10 @@ class CompliantArm:
             "motion_E": true_motion(builder, plant, self.end_effector, "motion_of_E"),
             "motion_D": self.desired_motion,
             "motion_C": self.controller.GetOutputPort("compliant_motion"),
-            "wrench": self.sensor.GetOutputPort("wrench"),
-            "wrench_true": self.sensor.GetOutputPort("wrench_true"),
+            "wrench": self.controller.GetOutputPort("wrench"),
+            "wrench_true": self.controller.GetOutputPort("wrench_true"),
         }
         record_arm(recorder, plant, self.name, ports)
-
-    def frames(self, recorder: Recorder) -> dict[str, OutputPort]:
-        """Returns the motions of D, C and E, to be drawn, from where they are logged."""
-        return {name: recorder.port(f"{self.name}/motion_{name}") for name in "DCE"}
 
 
 def add_compliant_arm(
@@ -73,25 +67,22 @@ def add_compliant_arm(
         settings: the controller's, sensor and seed.
     """
     instance = plant.GetModelInstanceByName(arm)
-    controller = builder.AddSystem(make_impedance_controller(plant, instance, E, settings))
     settings.sensor.seed = settings.seed
-    sensor = add_wrist_sensor(
-        builder, plant, sensor_joint, E, settings.sensor, reference_is_held=True
+    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
+    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
+    sensor = wrist_sensor_at(plant, sensor_joint, E, settings.sensor, name=f"{arm}_{WRIST_SENSOR}")
+    controller = builder.AddSystem(
+        make_impedance_controller(plant, instance, E, settings, sensor=sensor)
     )
+    connect_wrist_sensors(builder, plant, controller)
 
-    # Desired motion, joint state and wrench go in, torques come out.
+    # Desired motion and joint state go in, torques come out.
     builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
     builder.Connect(
         plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
     )
-    builder.Connect(sensor.GetOutputPort("wrench"), controller.GetInputPort("wrench"))
     builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port(instance))
-    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
-    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
-    builder.Connect(
-        controller.GetOutputPort("last_compliant_motion"), sensor.GetInputPort("reference_motion")
-    )
-    return CompliantArm(arm, E, desired_motion, controller, sensor)
+    return CompliantArm(arm, E, desired_motion, controller)
 
 
 def sensor_joint_of(plant: MultibodyPlant, arm: str) -> Joint:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame
 from pydrake.systems.framework import DiagramBuilder
 
@@ -35,21 +35,17 @@ from geoimp_drake.diagrams.setups.loose_scenario import (
 )
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.motion_program.pdl import read_program
 from geoimp_drake.motion_program.plan import MotionPlan, plan
 from geoimp_drake.motion_program.taught import taught_values
 from geoimp_drake.rotations import euler
-from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
-from geoimp_drake.simulation.visualization import add_visualization
 from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialController,
     make_industrial_controller,
 )
-from geoimp_drake.systems.sources.desired_motion import DesiredMotion
-from geoimp_drake.systems.sources.external_wrench import ExternalWrench
-from geoimp_drake.validation import check
 
 __all__ = ["build_loose"]
 
@@ -75,73 +71,53 @@ def build_loose(
     Args:
         scenario: its open fields are filled in.
         meshcat: where it is drawn, None for nowhere.
-        live: add sliders there.
-        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
-            Meshcat need is there; with Meshcat there is a log all the same.
+        live: add sliders there, see `SetupBuilder`.
+        logged: with its log, see there.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    check(scenario)
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
-    frames = _add_models(plant, scenario)
+    setup = SetupBuilder(
+        scenario, lambda plant: _add_models(plant, scenario), meshcat, live=live, logged=logged
+    )
+    builder, plant, frames = setup.builder, setup.plant, setup.models
     X_WH = _hold_still(plant, frames, scenario)
     motion_plan = _plan(plant, frames, scenario, X_WH)
     if scenario.duration is None:
         scenario.duration = motion_plan.trajectory.end_time() + scenario.hold
 
     X_WE = X_WH @ scenario.pose_of_mouth().inverse() @ RigidTransform(scenario.remote_centre)
-    desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WE))
+    desired = setup.add_desired_motion(X_WE)
+    sensor_joint = sensor_joint_of(plant, scenario.compliant)
     hand = add_compliant_arm(
-        builder,
-        plant,
-        scenario.compliant,
-        frames.E,
-        sensor_joint_of(plant, scenario.compliant),
-        desired.GetOutputPort("motion"),
-        scenario,
+        builder, plant, scenario.compliant, frames.E, sensor_joint, desired, scenario
     )
     servo = _add_servo(builder, plant, frames, scenario, motion_plan)
-    if scenario.external is not None:
-        external = builder.AddNamedSystem(
-            "external_wrench",
-            ExternalWrench(frames.H, X_WH.rotation().matrix(), scenario.external),
-        )
-        builder.Connect(external.get_output_port(), plant.get_applied_spatial_force_input_port())
+    setup.add_external_wrench(frames.H, X_WH.rotation(), scenario.external)
+    if setup.is_logged:
+        hand.record(builder, setup.recorder, plant)
+        _record_peg(setup, scenario.peg_arm, servo)
+    _record_program(setup.recorder, motion_plan)
+    wrench = hand.controller.GetOutputPort("wrench")
+    setup.add_views(hand.name, "DCE", wrench, hand.controller, frames.H)
+    return setup.build()
 
-    recorder = Recorder(builder, scenario.log_period)
-    if logged or meshcat is not None:
-        hand.record(builder, recorder, plant)
-        motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
-        record_arm(
-            recorder,
-            plant,
-            scenario.peg_arm,
-            {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P},
-        )
-        recorder.record(f"{scenario.peg_arm}/set_point", servo.GetOutputPort("set_point"))
-        recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
-    recorder.constant("program/moves", np.array([move.name for move in motion_plan.segments]))
-    recorder.constant(
-        "program/times", np.array([(move.begin, move.end) for move in motion_plan.segments])
-    )
-    if meshcat is not None:
-        add_visualization(
-            builder,
-            scene_graph,
-            meshcat,
-            plant,
-            frames=hand.frames(recorder),
-            wrench=hand.sensor.GetOutputPort("wrench"),
-        )
-        if live:
-            add_live_controls(
-                builder, meshcat, plant, hand.controller, frames.H, push=scenario.external is None
-            )
-    return Setup(
-        scenario, recorder.build(), plant, recorder, lambda bare: _add_models(bare, scenario)
-    )
+
+def _record_peg(setup: SetupBuilder[_Frames], arm: str, servo: IndustrialController) -> None:
+    """Logs the arm with the peg, and the hole."""
+    builder, plant, frames = setup.builder, setup.plant, setup.models
+    motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
+    ports = {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P}
+    record_arm(setup.recorder, plant, arm, ports)
+    setup.recorder.record(f"{arm}/set_point", servo.GetOutputPort("set_point"))
+    setup.recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
+
+
+def _record_program(recorder: Recorder, motion_plan: MotionPlan) -> None:
+    """Puts the moves and their times into the log."""
+    moves = motion_plan.segments
+    recorder.constant("program/moves", np.array([move.name for move in moves]))
+    recorder.constant("program/times", np.array([(move.begin, move.end) for move in moves]))
 
 
 def _add_models(plant: MultibodyPlant, scenario: LooseScenario) -> _Frames:

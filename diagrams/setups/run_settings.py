@@ -9,7 +9,7 @@ from pydrake.systems.analysis import SimulatorConfig
 from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingConfig
 from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, check_simulator_config
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.validation import key, non_negative, positive
 

@@ -7,24 +7,18 @@
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint
-from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, add_cell
-from geoimp_drake.diagrams.scene.surface import add_disk_contact, add_surface, surface_plane
+from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import check_clear
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.single_arm_scenario import CELL_OF_ARM, SingleArmScenario
-from geoimp_drake.simulation.live import add_live_controls
-from geoimp_drake.simulation.recorder import Recorder
-from geoimp_drake.simulation.visualization import add_visualization
-from geoimp_drake.systems.sources.desired_motion import DesiredMotion
-from geoimp_drake.systems.sources.external_wrench import ExternalWrench
-from geoimp_drake.validation import check
 
 __all__ = ["build_single_arm"]
 
@@ -41,17 +35,16 @@ def build_single_arm(
     Args:
         scenario: its open fields are filled in.
         meshcat: where it is drawn, None for nowhere.
-        live: add sliders there.
-        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
-            Meshcat need is there; with Meshcat there is a log all the same.
+        live: add sliders there, see `SetupBuilder`.
+        logged: with its log, see there.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    check(scenario)
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
-    E, sensor_joint = _add_models(plant, scenario)
+    setup = SetupBuilder(
+        scenario, lambda plant: _add_models(plant, scenario), meshcat, live=live, logged=logged
+    )
+    plant, (E, sensor_joint) = setup.plant, setup.models
     arm = plant.GetModelInstanceByName(scenario.arm)
     model = ControlModel.of_arm(plant, arm, E)
     posture, X_WE = start_posture(model, scenario.start)
@@ -60,53 +53,22 @@ def build_single_arm(
     if scenario.surface is not None:
         check_clear(X_WE, surface_plane(scenario.surface.pose()), "start.position")
 
-    desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WE, scenario.segments))
-    if scenario.duration is None:
-        scenario.duration = desired.duration()
-    hand = add_compliant_arm(
-        builder, plant, scenario.arm, E, sensor_joint, desired.GetOutputPort("motion"), scenario
-    )
-    if scenario.external is not None:
-        external = builder.AddNamedSystem(
-            "external_wrench", ExternalWrench(E, X_WE.rotation().matrix(), scenario.external)
-        )
-        builder.Connect(external.get_output_port(), plant.get_applied_spatial_force_input_port())
-    recorder = Recorder(builder, scenario.log_period)
-    if logged or meshcat is not None:
-        hand.record(builder, recorder, plant)
-    if scenario.surface is not None:
-        recorder.constant("surface/plane", surface_plane(scenario.surface.pose()))
-        recorder.constant("surface/disk", np.zeros(3))
-    if meshcat is not None:
-        add_visualization(
-            builder,
-            scene_graph,
-            meshcat,
-            plant,
-            frames=hand.frames(recorder),
-            wrench=hand.sensor.GetOutputPort("wrench"),
-        )
-        if live:
-            add_live_controls(
-                builder, meshcat, plant, hand.controller, E, push=scenario.external is None
-            )
-    return Setup(
-        scenario, recorder.build(), plant, recorder, lambda bare: _add_models(bare, scenario)
-    )
+    desired = setup.add_desired_motion(X_WE, scenario.segments)
+    hand = add_compliant_arm(setup.builder, plant, scenario.arm, E, sensor_joint, desired, scenario)
+    setup.add_external_wrench(E, X_WE.rotation(), scenario.external)
+    if setup.is_logged:
+        hand.record(setup.builder, setup.recorder, plant)
+    setup.record_surface(scenario.surface, np.zeros(3))
+    setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
+    return setup.build()
 
 
 def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
     """Adds arm, sensor, tool and surface; returns E and the weld that the sensor reads."""
     E, sensor_joint = _add_arm(plant, scenario)
     if scenario.surface is not None:
-        properties = scenario.surface.properties
-        add_surface(plant, properties, scenario.surface.pose())
-        add_disk_contact(
-            plant,
-            E.body(),
-            E.GetFixedPoseInBodyFrame(),
-            friction=properties.friction,
-            resolution_hint=scenario.disk_resolution_hint,
+        scenario.surface.add(
+            plant, E.body(), E.GetFixedPoseInBodyFrame(), scenario.disk_resolution_hint
         )
     plant.Finalize()
     return E, sensor_joint

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, LinearBushingRollPitchYaw, RigidBody
-from pydrake.systems.framework import Context, DiagramBuilder, System
+from pydrake.systems.framework import Context, OutputPort, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
@@ -31,23 +31,20 @@ from geoimp_drake.controllers.wrist_sensor import (
 from geoimp_drake.diagrams.scene.bar import add_bar, add_grasp, open_grasp
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, WRIST_SENSOR, add_cell
 from geoimp_drake.diagrams.scene.rod import add_rod
-from geoimp_drake.diagrams.scene.surface import add_disk_contact, add_surface, surface_plane
+from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import check_clear
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.compliant_arm import sensor_joint_of
 from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT, TightScenario
+from geoimp_drake.parts.object_load import ObjectLoad
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.rotations import euler
-from geoimp_drake.simulation.live import add_live_controls
-from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
-from geoimp_drake.simulation.visualization import add_visualization
-from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
-from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, finite_vector
+from geoimp_drake.validation import finite_vector
 
 __all__ = ["build_tight"]
 
@@ -63,6 +60,13 @@ class _Models:
     bar: RigidBody
     bushing: LinearBushingRollPitchYaw | None
 
+    def disk(self) -> RigidTransform:
+        """Returns X_OD."""
+        instance = self.bar.model_instance()
+        frame = self.bar.GetParentPlant().GetFrameByName("disk", instance)
+        X_OD: RigidTransform = frame.GetFixedPoseInBodyFrame()
+        return X_OD
+
 
 def build_tight(
     scenario: TightScenario,
@@ -76,29 +80,25 @@ def build_tight(
     Args:
         scenario: its open fields are filled in.
         meshcat: where it is drawn, None for nowhere.
-        live: add sliders there.
-        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
-            Meshcat need is there; with Meshcat there is a log all the same.
+        live: add sliders there, see `SetupBuilder`.
+        logged: with its log, see there.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
     """
-    check(scenario)
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(scenario.plant, builder)
-    models = _add_models(plant, scenario)
+    setup = SetupBuilder(
+        scenario, lambda plant: _add_models(plant, scenario), meshcat, live=live, logged=logged
+    )
+    builder, plant, models = setup.builder, setup.plant, setup.models
     _take_hold(plant, models, scenario)
     X_WO = RigidTransform(scenario.centre)
     if scenario.surface is not None:
-        X_OD = plant.GetFrameByName("disk", models.bar.model_instance()).GetFixedPoseInBodyFrame()
-        check_clear(X_WO @ X_OD, surface_plane(scenario.surface.pose()), "centre")
-    desired = builder.AddNamedSystem("desired_motion", DesiredMotion(X_WO, scenario.segments))
-    if scenario.duration is None:
-        scenario.duration = desired.duration()
+        check_clear(X_WO @ models.disk(), surface_plane(scenario.surface.pose()), "centre")
+    desired = setup.add_desired_motion(X_WO, scenario.segments)
     sensors = _sensors(plant, models, scenario)
     controller = builder.AddSystem(_controller(plant, models, scenario, sensors))
     connect_wrist_sensors(builder, plant, controller)
-    builder.Connect(desired.GetOutputPort("motion"), controller.GetInputPort("desired_motion"))
+    builder.Connect(desired, controller.GetInputPort("desired_motion"))
     for k, arm in enumerate(ARMS, 1):
         instance = plant.GetModelInstanceByName(arm)
         # Joint states go in, torques come out.
@@ -108,31 +108,12 @@ def build_tight(
         builder.Connect(
             controller.GetOutputPort(f"actuation_{k}"), plant.get_actuation_input_port(instance)
         )
-    recorder = Recorder(builder, scenario.log_period)
-    if logged or meshcat is not None:
-        _record(builder, recorder, scenario, plant, models, desired, controller)
-    if meshcat is not None:
-        add_visualization(
-            builder,
-            scene_graph,
-            meshcat,
-            plant,
-            frames={"D": desired.GetOutputPort("motion")}
-            | {name: recorder.port(f"{OBJECT}/motion_{name}") for name in "CO"},
-            wrench=controller.GetOutputPort("object_wrench"),
-            at="O",
-        )
-        if live:
-            add_live_controls(builder, meshcat, plant, controller, models.bar.body_frame())
-    diagram = recorder.build()
-    return Setup(
-        scenario,
-        diagram,
-        plant,
-        recorder,
-        lambda bare: _add_models(bare, scenario),
-        events=_release(plant, models, scenario),
-    )
+    if setup.is_logged:
+        _record(setup, scenario, desired, controller)
+    setup.record_surface(scenario.surface, np.array([0.0, 0.0, -scenario.bar.stick]))
+    wrench = controller.GetOutputPort("object_wrench")
+    setup.add_views(OBJECT, "DCO", wrench, controller, models.bar.body_frame())
+    return setup.build(_release(plant, models, scenario))
 
 
 def _add_models(
@@ -145,19 +126,11 @@ def _add_models(
     ends = dict(zip(ARMS, (plant.GetFrameByName(f"end_{k}") for k in (1, 2)), strict=True))
     plant.WeldFrames(hands[scenario.carrier], ends[scenario.carrier])
     other = next(arm for arm in ARMS if arm != scenario.carrier)
-    bushing = add_grasp(plant, hands[other], ends[other], scenario.grasp)
+    models = _Models(hands, bar, add_grasp(plant, hands[other], ends[other], scenario.grasp))
     if scenario.surface is not None and plant.geometry_source_is_registered():
-        properties = scenario.surface.properties
-        add_surface(plant, properties, scenario.surface.pose())
-        add_disk_contact(
-            plant,
-            bar,
-            plant.GetFrameByName("disk", bar.model_instance()).GetFixedPoseInBodyFrame(),
-            friction=properties.friction,
-            resolution_hint=scenario.disk_resolution_hint,
-        )
+        scenario.surface.add(plant, bar, models.disk(), scenario.disk_resolution_hint)
     plant.Finalize()
-    return _Models(hands, bar, bushing)
+    return models
 
 
 def _attitude(arm: str) -> RotationMatrix:
@@ -224,15 +197,10 @@ def _sensors(plant: MultibodyPlant, models: _Models, scenario: TightScenario) ->
 
 
 def _record(
-    builder: DiagramBuilder,
-    recorder: Recorder,
-    scenario: TightScenario,
-    plant: MultibodyPlant,
-    models: _Models,
-    desired: DesiredMotion,
-    controller: System,
+    setup: SetupBuilder[_Models], scenario: TightScenario, desired: OutputPort, controller: System
 ) -> None:
     """Logs what the log contract names for a tight cooperation."""
+    builder, recorder, plant, models = setup.builder, setup.recorder, setup.plant, setup.models
     for k, arm in enumerate(ARMS, 1):
         ports = {
             "u": controller.GetOutputPort(f"actuation_{k}"),
@@ -244,7 +212,7 @@ def _record(
         record_arm(recorder, plant, arm, ports)
     for key, port in {
         "motion_O": controller.GetOutputPort("object_motion"),
-        "motion_D": desired.GetOutputPort("motion"),
+        "motion_D": desired,
         "motion_C": controller.GetOutputPort("compliant_motion"),
         "motion_bar": true_motion(builder, plant, models.bar.body_frame(), "motion_of_bar"),
         "wrench": controller.GetOutputPort("object_wrench"),
@@ -253,9 +221,6 @@ def _record(
         recorder.record(f"{OBJECT}/{key}", port)
     if scenario.monitor.enabled:
         recorder.record("grasp/opened", controller.GetOutputPort("opened"))
-    if scenario.surface is not None:
-        recorder.constant("surface/plane", surface_plane(scenario.surface.pose()))
-        recorder.constant("surface/disk", np.array([0.0, 0.0, -scenario.bar.stick]))
 
 
 def _release(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> list[Event]:

@@ -13,9 +13,9 @@ from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings, differenced
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models.robot_data import TOOL
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.object_load import ObjectLoad
 from geoimp_drake.rotations import euler, quaternion
-from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
-from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_vector, key, positive

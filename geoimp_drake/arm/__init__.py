@@ -1,1 +1,1 @@
-"""An arm of anybody's plant: its kinematic tree, the controller's own model of it, its state."""
+"""An arm of any plant: its kinematic tree, the controller's own model of it, its state."""

@@ -1,4 +1,4 @@
-"""The controller's own model of one arm, taken out of anybody's finalized plant.
+"""The controller's own model of one arm, taken out of any finalized plant.
 
 The model holds the joints on the way from the world to the end-effector frame and the bodies that
 they carry, welded ones merged into one link each: as many bodies as joints, whatever else the
@@ -38,8 +38,8 @@ class ControlModel:
     Attributes:
         plant: a finalized plant with this arm alone, one body a joint, gravity included.
         end_effector: the frame E in it.
-        viscous_friction: F of (2.2), one a joint [Nm s/rad or N s/m].
-        effort_limits: of the actuators, one a joint [Nm or N].
+        viscous_friction: F of (2.2), one per joint [Nm s/rad or N s/m].
+        effort_limits: of the actuators, one per joint [Nm or N].
         joint_names: from the base to the hand, the order of every vector of this model.
         state_order: where this model's [q; v] stand in the state of the model instance.
         actuation_order: which joint each actuator of the model instance drives.

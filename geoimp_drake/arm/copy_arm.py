@@ -34,7 +34,7 @@ def copy_arm(
     Args:
         tree: of the plant that contains the arm.
         chain: the arm's moving joints from base to hand, each with the body on its far side.
-        actuators: one a joint.
+        actuators: one per joint.
         end_effector_frame: E in the arm's plant.
         model: where the copy is added; not finalized.
         model_instance: the arm in its plant; the copy's instance gets its name and gravity.

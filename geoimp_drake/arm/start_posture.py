@@ -1,4 +1,4 @@
-"""A start posture for an arm that nobody has chosen one for, away from limits and singularities."""
+"""A start posture away from limits and singularities, for an arm without a chosen one."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -33,12 +33,12 @@ def find_start_posture(
     """Returns a posture far from joint limits and singularities, the same for the same seed.
 
     Of the postures that are tried the best has the largest σ, the smallest singular value of the
-    Jacobian; a `limit_margin` below 0.3 counts against it in proportion. Collisions are not looked
-    at.
+    Jacobian; a `limit_margin` below 0.3 counts against it in proportion. Collisions are not
+    checked.
 
     Args:
         model: the arm.
-        X_WE: where its end effector shall be, reached by inverse kinematics from several guesses;
+        X_WE: pose of its end effector, reached by inverse kinematics from several guesses;
             anywhere by default.
         seed: of the random postures.
 
@@ -79,7 +79,7 @@ def inverse_kinematics(model: ControlModel, X_WE: RigidTransform, guess: Array) 
 
 
 def limit_margin(model: ControlModel, q: Array) -> float:
-    """Returns how far a posture is from the joint limits: 1 amid all ranges, 0 at a limit.
+    """Returns how far a posture is from the joint limits: 1 in mid-range, 0 at a limit.
 
     Args:
         model: the arm; joints that have no limits do not count.

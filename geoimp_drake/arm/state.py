@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
@@ -36,6 +37,7 @@ class ArmState:
     Cv: Array  # (n) Coriolis and centrifugal torques
     Fv: Array  # (n) viscous friction torques
     g: Array  # (n) torques that hold the arm against gravity
+    chain: Any = None  # what `dynamics.ChainDynamics` has found besides
 
 
 def evaluate_arm(

@@ -1,4 +1,4 @@
-"""Many independent runs on Dask: each task once, whatever is killed meanwhile.
+"""Many independent runs on Dask: each task once, even if processes are killed meanwhile.
 
 A task is anything that a function turns into JSON data in a process of its own. What has finished
 is in a journal at once; started again with the same journal, only the missing tasks are run.
@@ -32,8 +32,8 @@ _THREAD_SETTINGS = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMBA_NUM_THREADS",
 )
-# Drake's steps allocate much. glibc shall keep 1000 freed blocks of a size at hand instead of 7, as
-# a step in contact frees hundreds at once, and use large pages where the kernel has them.
+# Drake's steps allocate much. glibc keeps 1000 freed blocks of a size at hand instead of 7, as
+# a step in contact frees hundreds at once, and uses large pages where the kernel has them.
 _ALLOCATOR = {"GLIBC_TUNABLES": "glibc.malloc.tcache_count=1000:glibc.malloc.hugetlb=1"}
 # A Ctrl-C reaches every process of the terminal; the one that was started ends the others.
 _IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
@@ -80,9 +80,9 @@ def run_many(
         plan: JSON data that says what the tasks are. A journal of another plan is refused; one
             with fewer or more tasks of the same plan is not.
         scheduler: address of a Dask scheduler whose workers are used instead of own processes.
-        label: who asks; stands before the progress bar and in errors.
-        is_current: tells of a task in the journal, by its key and how it ended, whether that still
-            counts. If not, the task is run again.
+        label: name of the command; stands before the progress bar and in errors.
+        is_current: takes the key of a task in the journal and how it ended. If it returns False,
+            the task is run again.
 
     Returns:
         How every task ended, in the order of `tasks`.

@@ -126,7 +126,7 @@ def _number(name: str) -> str:
 def _row(judged: Judged) -> dict[str, str]:
     return {
         "claim": judged.claim.claim,
-        "figure": judged.figure,
+        "value": judged.value,
         "bound": judged.bound,
         "verdict": judged.verdict,
         "style": _STYLES[judged.verdict],

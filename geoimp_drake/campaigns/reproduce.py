@@ -19,6 +19,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from geoimp_drake.campaigns.compare import compare_runs
+from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished, Journal
 from geoimp_drake.campaigns.many_runs import check_jobs, run_many
 from geoimp_drake.campaigns.report import REPORT, check_report, write_report
@@ -30,7 +31,7 @@ from geoimp_drake.scenario.loading import plain_data, read_yaml
 __all__ = ["reproduce"]
 
 JOURNAL = "journal.jsonl"
-# The journal is this command's; whether a run in it still counts is told run by run.
+# The journal is this command's; whether a run in it still counts is decided run by run.
 PLAN = {"command": "reproduce"}
 
 _log = logging.getLogger("drake")
@@ -95,7 +96,9 @@ def _runs(
     for study in sorted(studies, key=lambda study: -study.cost):
         for variant in study.variants:
             key = f"{study.name}/{variant.name}"
-            data = plain_data(study.experiment.scenario((), (*variant.settings, *overrides)))
+            data = plain_data(
+                study.experiment.scenario((fastest_form(),), (*variant.settings, *overrides))
+            )
             main = variant is study.variants[0]
             identity = identity_of(data, html=main)
             runs[key] = StudyRun(study.experiment, data, out / key, main, identity)
@@ -113,7 +116,7 @@ def _compile_laws(missing: Sequence[StudyRun]) -> None:
         (run.experiment.setup, run.scenario["impedance"]["orientation"]): run for run in missing
     }
     for run in kinds.values():
-        # What a run cannot do it says itself, in its own place.
+        # A run that fails reports that itself, when it is its turn.
         with contextlib.suppress(Exception, SystemExit):
             scenario = run.experiment.scenario((run.scenario,))
             setup = run.experiment.build(scenario)

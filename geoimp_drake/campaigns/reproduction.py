@@ -37,10 +37,10 @@ class Judged(NamedTuple):
     reason: str = ""
 
     @property
-    def figure(self) -> str:
-        """The figure with its unit."""
-        figure, unit = self.claim.figure, self.claim.unit
-        return "–" if figure is None else f"{figure:.4g} {unit}".strip()
+    def value(self) -> str:
+        """The value with its unit."""
+        value, unit = self.claim.value, self.claim.unit
+        return "–" if value is None else f"{value:.4g} {unit}".strip()
 
     @property
     def bound(self) -> str:
@@ -119,7 +119,7 @@ class Reproduction:
 
     Attributes:
         studies: the experiments with their runs.
-        duration: simulated time that was asked for instead of the scenarios' own [s].
+        duration: simulated time that was requested instead of the scenarios' own [s].
     """
 
     studies: tuple[StudyResult, ...]
@@ -158,7 +158,7 @@ def format_reproduction(reproduction: Reproduction) -> str:
     order = (HOLDS, FAILS, CONTRAST, NOT_REACHED)
     summary = ", ".join(f"{counts[verdict]} {verdict}" for verdict in order if counts[verdict])
     failing = [
-        f"  {run}: {judged.claim.claim}: {judged.figure}, bound {judged.bound}"
+        f"  {run}: {judged.claim.claim}: {judged.value}, bound {judged.bound}"
         for run, judged in reproduction.judged()
         if judged.verdict == FAILS
     ]

@@ -1,4 +1,4 @@
-"""One run of a study in a process of its own, and whether its files are what they would be."""
+"""One run of a study in a process of its own, and whether its files are up to date."""
 
 import hashlib
 import json

@@ -170,7 +170,7 @@ def _row(draw: Draw, finished: Finished) -> dict[str, Any]:
         "peak_force": result.get("peak_force"),
         "peak_moment": result.get("peak_moment"),
         "error": finished.error or result.get("failure"),
-        **result.get("figures", {}),
+        **result.get("values", {}),
         "arguments": shlex.join(_arguments(draw)),
     }
 
@@ -187,7 +187,7 @@ def _command(name: str, row: dict[str, Any], out: Path) -> str:
 
 
 def _write_table(rows: list[dict[str, Any]], path: Path) -> None:
-    # Failed samples lack the figures; `arguments` stays last.
+    # Failed samples lack the values; `arguments` stays last.
     columns = list(dict.fromkeys(name for row in rows for name in row if name != "arguments"))
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, [*columns, "arguments"], lineterminator="\n")

@@ -1,4 +1,4 @@
-"""One sample of a sweep: an experiment run without files, reduced to the figures of a row."""
+"""One sample of a sweep: an experiment run without files, reduced to the values of a row."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["Sample", "run_sample"]
 
-Figures = dict[str, float | bool | None]
+Values = dict[str, float | bool | None]
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Sample:
 
 
 def run_sample(sample: Sample) -> dict[str, Any]:
-    """Returns `success`, `peak_force`, `peak_moment`, the run's `figures` and its `failure`.
+    """Returns `success`, `peak_force`, `peak_moment`, the run's `values` and its `failure`.
 
-    An experiment may have `sweep_figures(log, scenario)`, a dictionary of numbers and truth values;
-    they are figures too, and `success` among them is the sample's. Otherwise a sample succeeds if
-    each of the experiment's claims holds. A run that ends early never succeeds.
+    An experiment may have `sweep_values(log, scenario)`, a dictionary of numbers and truth values
+    that become part of `values`; a `success` among them is the sample's. Without one, a sample
+    succeeds if each of the experiment's claims holds. A run that ends early never succeeds.
 
     Raises:
         GeoimpError: the scenario cannot be used.
@@ -49,21 +49,21 @@ def run_sample(sample: Sample) -> dict[str, Any]:
         raise outcome.failure
     log = setup.recorder.collect(outcome.context)
     claims = experiment.claims(log, scenario)
-    figures = _own_figures(experiment, log, scenario)
-    success = figures.pop("success", all(claim.holds is True for claim in claims))
+    values = _own_values(experiment, log, scenario)
+    success = values.pop("success", all(claim.holds is True for claim in claims))
     return {
         "success": bool(success) and outcome.failure is None,
         "peak_force": _peak(log, slice(3, 6)),
         "peak_moment": _peak(log, slice(0, 3)),
-        "figures": {**figures, **_figures_of(claims)},
+        "values": {**values, **_values_of(claims)},
         "failure": None if outcome.failure is None else " ".join(str(outcome.failure).split()),
     }
 
 
-def _own_figures(experiment: Any, log: dict[str, Array], scenario: Any) -> Figures:
-    if experiment.sweep_figures is None:
+def _own_values(experiment: Any, log: dict[str, Array], scenario: Any) -> Values:
+    if experiment.sweep_values is None:
         return {}
-    measured = experiment.sweep_figures(log, scenario)
+    measured = experiment.sweep_values(log, scenario)
     return {name: _plain(value) for name, value in measured.items()}
 
 
@@ -74,14 +74,14 @@ def _plain(value: Any) -> float | bool | None:
     return float(value)
 
 
-def _figures_of(claims: list[Claim]) -> Figures:
-    """Returns each claim's figure and whether it holds, by column."""
-    figures: Figures = {}
+def _values_of(claims: list[Claim]) -> Values:
+    """Returns each claim's value and whether it holds, by column."""
+    values: Values = {}
     for claim in claims:
         name = f"{claim.claim} [{claim.unit}]" if claim.unit else claim.claim
-        figures[name] = claim.figure
-        figures[f"holds: {claim.claim}"] = claim.holds
-    return figures
+        values[name] = claim.value
+        values[f"holds: {claim.claim}"] = claim.holds
+    return values
 
 
 def _peak(log: dict[str, Array], part: slice) -> float:

@@ -1,1 +1,1 @@
-"""How laws are compiled by numba where it is installed, and what small arrays are to it."""
+"""Compilation of laws by numba, where it is installed, and small arrays for it."""

@@ -31,7 +31,7 @@ SWITCH = "GEOIMP_COMPILED"
 
 _log = logging.getLogger("drake")
 
-# Laws that numba has not been told of, with what it compiles for each.
+# Laws not yet registered with numba, with what it compiles for each.
 _unknown: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
 # Nothing calls a law from C; a tenth of the compilation is saved.
@@ -59,7 +59,7 @@ def compilable_as(body: Callable[..., Any]) -> Callable[[Law], Law]:
 def compiled(law: Law) -> Law:
     """Returns a law compiled for arrays of `float`, or the law itself where that is not possible.
 
-    The compiled law is as fast as a call from Python allows: give it few and whole arrays.
+    A call from Python costs time for each argument: pass few, whole arrays.
     """
     return _compiled(law) if is_available() else law
 
@@ -80,7 +80,7 @@ def _numba_works() -> bool:
             raise RuntimeError("the environment variable NUMBA_DISABLE_JIT is set")
         import scipy.linalg  # noqa: F401 - numba takes linear algebra from it
 
-        from geoimp_drake.compilation.small_array_type import SmallArray  # noqa: F401 - teaches
+        from geoimp_drake.compilation import small_array_operations  # noqa: F401 - teaches
 
         _announce()
         _compiled(_trial)(np.zeros(3))

@@ -1,6 +1,6 @@
 """Machine code of laws on disk, beside their source or in numba's folder for the user.
 
-Files that cannot be read are discarded and made anew; where none can be written, laws are compiled
+Files that cannot be read are discarded and made again; where none can be written, laws are compiled
 in every process. Machine code made from other sources of the library is not used: numba itself
 compares the file of the compiled law alone, not those of the laws that it calls.
 """
@@ -9,11 +9,13 @@ import contextlib
 import glob
 import hashlib
 import logging
+import secrets
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache
 
 __all__ = ["keep"]
@@ -22,7 +24,12 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 _log = logging.getLogger("drake")
 
-# Why machine code was not kept, of which the first is told.
+# Numba tells functions of one name, such as the laws that a factory returns, apart by a number that
+# counts from one in every process. Of two with the same name and number in files of different
+# processes the linker takes one for both. So the numbers are random.
+FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), None)
+
+# Why machine code was not kept; only the first reason is logged.
 _failures: list[Exception] = []
 
 
@@ -93,6 +100,6 @@ def _fingerprint() -> bytes:
 
 
 def _sources() -> list[Path]:
-    """Returns what may be compiled, and what says how."""
+    """Returns the sources that may be compiled, and those that control how."""
     parts = ("compilation", "rotations", "laws")
     return sorted(path for part in parts for path in (_PACKAGE / part).rglob("*.py"))

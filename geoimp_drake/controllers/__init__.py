@@ -1,1 +1,1 @@
-"""Configurations, and the functions that make whole controllers for anybody's plant."""
+"""Configurations, and the functions that make whole controllers for any plant."""

@@ -14,10 +14,10 @@ from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance,
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
-from geoimp_drake.systems.arm.motion_controller import MotionController
-from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.impedance_integrator import AXES, ImpedanceIntegrator
+from geoimp_drake.parts.impedance import AXES, Impedance
+from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.motion_control import MotionControl
+from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
@@ -35,8 +35,7 @@ __all__ = [
 ]
 
 
-# What a controller is made of: a block for each part of the laws, or compiled ones that do the work
-# of several blocks, which is faster.
+# What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
 
 
@@ -121,13 +120,11 @@ class ImpedanceConfig:
         """Returns the orientation family with its gains."""
         return make_family(self.orientation, *self.gains("rotation"))
 
-    def make(self) -> ImpedanceIntegrator:
-        """Returns the system."""
+    def make(self) -> Impedance:
+        """Returns the part."""
         check(self, "impedance")
         rotation = self.make_rotation()
-        return ImpedanceIntegrator(
-            *self.gains("translation"), rotation, self.axes, K_c=self.coupling
-        )
+        return Impedance(*self.gains("translation"), rotation, self.axes, K_c=self.coupling)
 
 
 @dataclass
@@ -146,10 +143,10 @@ class MotionConfig:
             positive(getattr(self, gain), key(name, gain))
         choice(self.orientation, key(name, "orientation"), ORIENTATION_LAWS)
 
-    def make(self) -> MotionController:
-        """Returns the system."""
+    def make(self) -> MotionControl:
+        """Returns the part."""
         check(self, "motion")
-        return MotionController(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
+        return MotionControl(self.K_Pp, self.K_Dp, self.K_Po, self.K_Do, self.orientation)
 
 
 @dataclass
@@ -164,15 +161,15 @@ class SamplingConfig:
         positive(self.period, key(name, "period"), "s")
         choice(self.velocity, key(name, "velocity"), ("measured", "differenced"))
 
-    def make(self, num_joints: int) -> VelocityEstimator:
-        """Returns the system."""
+    def make(self, num_joints: int) -> Readings:
+        """Returns the part."""
         check(self, "sampling")
-        return VelocityEstimator(num_joints, self.period, self.velocity)
+        return Readings(num_joints, self.period, self.velocity)
 
 
 @dataclass
 class RedundancyConfig:
-    """What an arm of more than six joints does with the rest; by default it comes to rest."""
+    """The null-space motion of an arm with more than six joints; by default damped to rest."""
 
     K_n: Array = field(default_factory=lambda: np.array(20.0))  # gain of e_n [Nms/rad, Ns/m]
     k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it
@@ -197,8 +194,8 @@ class RedundancyConfig:
         if self.weight_matrix is not None:
             _any_spd_matrix(self.weight_matrix, matrix)
 
-    def make(self, model: ControlModel, task: TaskFunction | None = None) -> RedundancyResolver:
-        """Returns the system for an arm.
+    def make(self, model: ControlModel, task: TaskFunction | None = None) -> NullSpace:
+        """Returns the part for an arm.
 
         Args:
             model: the arm.
@@ -212,14 +209,8 @@ class RedundancyConfig:
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
             task = self.task.make(model)
-        return RedundancyResolver(
-            model,
-            spd_matrix(self.K_n, "redundancy.K_n", n),
-            k_beta=self.k_beta,
-            task=task,
-            weight=weights[self.weight],
-            damping=self.damping,
-        )
+        K_n = spd_matrix(self.K_n, "redundancy.K_n", n)
+        return NullSpace(model, K_n, self.k_beta, task, weights[self.weight], self.damping)
 
 
 def _any_spd_matrix(value: Array, name: str) -> None:
@@ -235,7 +226,7 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    form: str = "blocks"  # or compiled: faster, the inner loop is one system; not without numba
+    form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -9,11 +9,11 @@ from geoimp_drake.controllers.config import (
     RedundancyConfig,
     SamplingConfig,
 )
-from geoimp_drake.systems.cooperation.cooperative_kinematics import OBJECT_WRENCHES, ObjectLoad
-from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
-from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitorConfig
-from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedanceConfig
-from geoimp_drake.systems.cooperation.reference_hold import ReferenceHoldConfig
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
+from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.parts.object_load import OBJECT_WRENCHES, ObjectLoad
+from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
 from geoimp_drake.validation import choice, key
 
 __all__ = ["CooperativeControllerConfig"]
@@ -34,7 +34,7 @@ class CooperativeControllerConfig:
     internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
     monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
     opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
-    form: str = "blocks"  # or compiled: faster, all of it is one system; not without numba
+    form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

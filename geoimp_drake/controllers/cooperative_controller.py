@@ -4,23 +4,18 @@ from collections.abc import Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.controllers.inner_loop import arm_blocks, arm_can_be_fused, make_inner_loop
-from geoimp_drake.controllers.object_loop import (
-    OBJECT_PORTS,
-    REFERENCE_PORTS,
-    WATCH_PORTS,
-    make_object_loop,
-    object_blocks,
-    object_can_be_fused,
-)
+from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
+from geoimp_drake.controllers.object_loop import ObjectParts, add_object_loop
 from geoimp_drake.errors import ConfigurationError, ModelError
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor
+from geoimp_drake.parts.two_arms import TwoArms
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check
 
@@ -53,8 +48,9 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
-    All of it is one system, `CooperativeControl`, with the form `compiled`: the same laws with
-    fewer calls into Python. Wrist sensors whose period is that of `config.sampling` are part of it.
+    With `config.form` "blocks" it is a Diagram of these systems, those of each arm in a Diagram of
+    its own; with "compiled" it is one system with the same ports and numbers, which takes less
+    time: see `geoimp_drake.parts.two_arms`.
 
     Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
     in (2.3), the load that it carries included; the object's weight and inertial load are removed
@@ -71,8 +67,8 @@ def make_cooperative_controller(
             stays in the measured wrench.
         task_functions: of redundant arms, in the place of the configured ones.
         sensors: of both wrists, in the same order, from `wrist_sensor_at` on the real plant. With
-            them the controller reads the plant's reaction forces itself, which costs less than
-            sensors beside it; connect it by `connect_wrist_sensors`.
+            them the controller reads the plant's reaction forces itself; connect it by
+            `connect_wrist_sensors`.
 
     Returns:
         A system with these ports.
@@ -86,29 +82,29 @@ def make_cooperative_controller(
         output compliant_motion: of C, the object's, in W (19)
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
-        output object_motion: of O in W as the joint readings tell; accelerations are zero (19)
+        output object_motion: of O in W from the joint readings; accelerations are zero (19)
         output object_wrench: by the object on its environment, about Oo, in W (6)
         output internal_wrench: ½(h_2 − h_1), in W (6)
         output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
         output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21 (19)
         output reference_motion_1: what the first hand follows, in W (19)
         output reference_motion_2: what the second hand follows (19)
-        output last_reference_motion_1: the first when the last step began; a held state (19)
-        output last_reference_motion_2: the same of the second (19)
         output opened: which grasps have opened, and when, see `GraspMonitor` (3)
         output release: which grippers are to open, see `ReferenceHold` (2)
+        output last_reference_motion_1: the first when the last step began; a held state (19)
+        output last_reference_motion_2: the same of the second (19)
         output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
-        output measured_motion_1: of the first hand as the readings tell; no accelerations (19)
+        output measured_motion_1: of the first hand from the readings; no accelerations (19)
         output peak_effort_1: largest torque so far as a fraction of the limit (n)
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
 
         With the monitor switched off there are no ports `opened` and `release`. With sensors,
-        inputs for what the plant says (`reaction_forces`, `state` and what else they read) take the
-        place of `wrench_1` and `wrench_2`; there are outputs `wrench_1`, `wrench_true_1` and
-        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second; and there are
-        no outputs `last_reference_motion_1` and `_2`, which are for sensors beside it.
+        inputs for the plant's outputs (`reaction_forces`, `state` and what else they read) replace
+        `wrench_1` and `wrench_2`, and there are outputs `wrench_1`, `wrench_true_1` and
+        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second, in the place of
+        `last_reference_motion_1` and `_2`, which are for sensors beside it.
 
     Raises:
         ModelError: the plant does not contain such arms.
@@ -117,34 +113,29 @@ def make_cooperative_controller(
     config = config or CooperativeControllerConfig()
     check(config)
     if sensors and len(sensors) != 2:
-        raise ConfigurationError(f"There are {len(sensors)} sensors; give one a hand, or none.")
+        raise ConfigurationError(f"There are {len(sensors)} sensors; give one per hand, or none.")
     if len(task_functions) != 2:
         raise ConfigurationError(
             f"There are {len(task_functions)} task functions; give one for each of the two arms, "
             f"None for the configured one."
         )
     models = _models(plant, model_instances, end_effector_frames, loads)
-    gravity = plant.gravity_field().gravity_vector()
-    # What `arm_blocks` and `make_inner_loop` take of each arm.
+    held = ObjectParts.of(config, plant.gravity_field().gravity_vector())
     arms = [
-        (model, config.motion, config.sampling, redundancy, task)
+        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, task)
         for model, redundancy, task in zip(
             models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
         )
     ]
-    compiled = config.form == "compiled"
-    if compiled and arm_can_be_fused(config.motion) and object_can_be_fused(config):
-        # Sensors with a period of their own are a system of their own.
-        within = sensors if _periods(sensors) == {config.sampling.period} else ()
-        blocks = object_blocks(config, gravity)
-        controller: System = CooperativeControl(blocks, [arm_blocks(*arm) for arm in arms], within)
+    compiles = config.form == "compiled"
+    wrists = None
+    if sensors:
+        wrists = WristSensors(sensors, reference_is_held=compiles, all_of_them=False)
+    if compiles:
+        loops = [arm.loop(k) for k, arm in enumerate(arms, 1)]
+        controller: System = make_compiled(TwoArms(held.held_object(), loops, wrists))
     else:
-        within = ()
-        held = make_object_loop(config, gravity)
-        loops = [make_inner_loop(*arm, fused=compiled) for arm in arms]
-        controller = _of_three(held, loops, config.monitor.enabled)
-    if sensors and not within:
-        controller = _with_sensors(controller, sensors)
+        controller = _of_blocks(held, arms, wrists)
     names = [plant.GetModelInstanceName(instance) for instance in model_instances]
     controller.set_name(f"{'_'.join(names)}_cooperative_controller")
     return controller
@@ -171,62 +162,48 @@ def _models(
     ]
 
 
-def _periods(sensors: Sequence[WristSensor]) -> set[float]:
-    return {sensor.config.period for sensor in sensors}
-
-
-def _with_sensors(control: System, sensors: Sequence[WristSensor]) -> Diagram:
-    """Returns a controller with the wrist sensors before it."""
+def _of_blocks(
+    held: ObjectParts, arms: Sequence[InnerLoopParts], wrists: WristSensors | None
+) -> System:
     builder = DiagramBuilder()
-    builder.AddNamedSystem("control", control)
-    measured = builder.AddNamedSystem(
-        "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=True)
-    )
-    for k in range(1, len(sensors) + 1):
-        builder.Connect(measured.GetOutputPort(f"wrench_{k}"), control.GetInputPort(f"wrench_{k}"))
-        builder.Connect(
-            control.GetOutputPort(f"last_reference_motion_{k}"),
-            measured.GetInputPort(f"reference_motion_{k}"),
-        )
-    for system in (control, measured):
-        for port in map(system.get_input_port, range(system.num_input_ports())):
-            if not port.get_name().startswith(("wrench_", "reference_motion_")):
-                builder.ExportInput(port, port.get_name())
-        for port in map(system.get_output_port, range(system.num_output_ports())):
-            if not port.get_name().startswith("last_reference_motion_"):
-                builder.ExportOutput(port, port.get_name())
-    return builder.Build()
-
-
-def _of_three(held: System, loops: Sequence[System], is_watched: bool) -> Diagram:
-    """Returns the object's part and both arms', with the ports that the one system has."""
-    builder = DiagramBuilder()
-    arms = [builder.AddNamedSystem(f"arm_{k}", loop) for k, loop in enumerate(loops, 1)]
-    builder.AddNamedSystem("object", held)
-    for k, arm in enumerate(arms, 1):
+    loops = [
+        builder.AddNamedSystem(f"arm_{k}", make_inner_loop(arm)) for k, arm in enumerate(arms, 1)
+    ]
+    ports = add_object_loop(builder, held)
+    wrenches, references = {}, {}
+    for k, loop in enumerate(loops, 1):
+        builder.ExportInput(loop.GetInputPort("estimated_state"), f"estimated_state_{k}")
         # O and its wrench are those of the hands; the grasp starts as they are.
-        builder.Connect(
-            arm.GetOutputPort("measured_motion"), held.GetInputPort(f"measured_motion_{k}")
-        )
+        for target in ports.inputs[f"measured_motion_{k}"]:
+            builder.Connect(loop.GetOutputPort("measured_motion"), target)
         # The inner loops track the references in the place of D.
-        builder.Connect(
-            held.GetOutputPort(f"reference_motion_{k}"), arm.GetInputPort("reference_motion")
-        )
-    _export_inputs(builder, arms, held)
-    for port in (*OBJECT_PORTS, *REFERENCE_PORTS, *(WATCH_PORTS if is_watched else ())):
-        builder.ExportOutput(held.GetOutputPort(port), port)
-    for k, arm in enumerate(arms, 1):
-        for port in ("actuation", "measured_motion", "peak_effort"):
-            builder.ExportOutput(arm.GetOutputPort(port), f"{port}_{k}")
+        reference = ports.outputs[f"reference_motion_{k}"]
+        builder.Connect(reference, loop.GetInputPort("reference_motion"))
+        references[f"reference_motion_{k}"] = reference
+        # The wrench of a hand goes to the object, and to its arm for (2.3).
+        wrenches[f"wrench_{k}"] = [*ports.inputs[f"wrench_{k}"], loop.GetInputPort("wrench")]
+    for name in ("desired_motion", "stiffness_scale"):
+        builder.ExportInput(*ports.inputs[name], name)
+    if wrists is None:
+        for name, (first, *others) in wrenches.items():
+            builder.ExportInput(first, name)
+            for target in others:
+                builder.ConnectInput(name, target)
+    for name, output in ports.outputs.items():
+        builder.ExportOutput(output, name)
+    if wrists is None:
+        for name, reference in references.items():
+            builder.ExportOutput(_last(builder, reference, name), f"last_{name}")
+    for k, loop in enumerate(loops, 1):
+        for name in ("actuation", "measured_motion", "peak_effort"):
+            builder.ExportOutput(loop.GetOutputPort(name), f"{name}_{k}")
+    if wrists is not None:
+        add_sensors(builder, wrists, wrenches, references)
     return builder.Build()
 
 
-def _export_inputs(builder: DiagramBuilder, arms: Sequence[System], held: System) -> None:
-    """Exports the inputs; the wrench of a hand goes to the object, and to its arm for (2.3)."""
-    for k, arm in enumerate(arms, 1):
-        builder.ExportInput(arm.GetInputPort("estimated_state"), f"estimated_state_{k}")
-    for port in ("desired_motion", "stiffness_scale"):
-        builder.ExportInput(held.GetInputPort(port), port)
-    for k, arm in enumerate(arms, 1):
-        builder.ExportInput(held.GetInputPort(f"wrench_{k}"), f"wrench_{k}")
-        builder.ConnectInput(f"wrench_{k}", arm.GetInputPort("wrench"))
+def _last(builder: DiagramBuilder, reference: OutputPort, name: str) -> OutputPort:
+    """Returns what a reference was when the last step began, for sensors beside the controller."""
+    system = builder.AddNamedSystem(f"last_{name}", LastMotion())
+    builder.Connect(reference, system.GetInputPort("motion"))
+    return system.GetOutputPort("last_motion")

@@ -1,29 +1,22 @@
-"""The blocks as one Diagram with a controller's ports, for anybody's plant."""
+"""The impedance controller of one arm of any plant: a Diagram of blocks, or one system."""
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
-from geoimp_drake.controllers.inner_loop import make_inner_loop
+from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_controller import ImpedanceController
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check
 
 __all__ = ["make_impedance_controller"]
-
-_OUTPUTS = (
-    "actuation",
-    "compliant_motion",
-    "measured_motion",
-    "displacement",
-    "energy",
-    "peak_effort",
-    "last_compliant_motion",
-    "smallest_singular_value",
-    "null_space_error",
-    "task_value",
-)
 
 
 def make_impedance_controller(
@@ -32,7 +25,9 @@ def make_impedance_controller(
     end_effector_frame: Frame,
     config: ImpedanceControllerConfig | None = None,
     task_function: TaskFunction | None = None,
-) -> Diagram:
+    *,
+    sensor: WristSensor | None = None,
+) -> System:
     """Makes a six-DOF impedance controller for one arm of `plant`.
 
     The end effector behaves as a mass, damper and spring about the desired motion: by (3.1) and
@@ -46,8 +41,9 @@ def make_impedance_controller(
     estimated_state ─▶ joint_readings ─▶ arm_model
     ```
 
-    All but the impedance is one system, `ArmControl`, with the form `compiled`: the same laws
-    with fewer calls into Python.
+    With `config.form` "blocks" it is a Diagram of these systems, each of which you may look at, log
+    or exchange; with "compiled" it is one system with the same ports and numbers, which takes less
+    time: see `geoimp_drake.parts.impedance_controller`.
 
     The controller makes its own model of the arm and of all that is welded to it; the joints of
     other model instances that hang on the arm (a gripper's fingers) count as locked in their
@@ -59,11 +55,12 @@ def make_impedance_controller(
         model_instance: the arm, six or more revolute or prismatic joints, each with an actuator.
         end_effector_frame: E, the frame that is made compliant.
         config: gains, orientation family and sampling; by default the chapter's first experiment.
-        task_function: of a redundant arm, in the place of the configured one; it acts with
-            `config.redundancy.k_beta`. See `UserFunction` for your own.
+        task_function: of a redundant arm, in the place of the configured one; also your own.
+        sensor: of the wrist, from `wrist_sensor_at` on the real plant. With it the controller reads
+            the plant's reaction forces itself; connect it by `connect_wrist_sensors`.
 
     Returns:
-        A Diagram with these ports.
+        A system with these ports.
 
         input estimated_state: [q; v] of the model instance, in the plant's order (2n)
         input desired_motion: of D in W, see `frame_motion` (19)
@@ -71,7 +68,7 @@ def make_impedance_controller(
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
         output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
         output compliant_motion: of C in W (19)
-        output measured_motion: of E in W as the joint readings tell; accelerations are zero (19)
+        output measured_motion: of E in W from the joint readings; accelerations are zero (19)
         output displacement: of D from C: [orientation displacement; Δp_dc] (6)
         output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
         output peak_effort: largest torque so far as a fraction of the limit (n)
@@ -80,6 +77,10 @@ def make_impedance_controller(
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
 
+        With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
+        reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
+        `peak_reading` as `ForceTorqueSensor` has them.
+
     Raises:
         ModelError: the plant does not contain such an arm.
         ConfigurationError: the configuration cannot be used.
@@ -87,35 +88,47 @@ def make_impedance_controller(
     config = config or ImpedanceControllerConfig()
     check(config)
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
+    impedance = config.impedance.make()
+    arm = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy, task_function)
+    compiles = config.form == "compiled"
+    sensors = None
+    if sensor is not None:
+        sensors = WristSensors(
+            [sensor], reference_is_held=compiles, suffixes=[""], all_of_them=False
+        )
+    if compiles:
+        controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
+    else:
+        controller = _of_blocks(impedance, arm, sensors)
+    controller.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
+    return controller
 
+
+def _of_blocks(impedance: Impedance, arm: InnerLoopParts, sensors: WristSensors | None) -> System:
     builder = DiagramBuilder()
-    impedance = builder.AddNamedSystem("impedance", config.impedance.make())
-    arm = builder.AddNamedSystem(
-        "arm",
-        make_inner_loop(
-            model,
-            config.motion,
-            config.sampling,
-            config.redundancy,
-            task_function,
-            fused=config.form == "compiled",
-        ),
-    )
+    compliant = builder.AddNamedSystem("impedance", ImpedanceIntegrator.of(impedance))
+    loop = add_inner_loop(builder, arm)
     # C starts on the measured pose of E.
-    builder.Connect(arm.GetOutputPort("measured_motion"), impedance.GetInputPort("measured_motion"))
+    builder.Connect(loop.outputs["measured_motion"], compliant.GetInputPort("measured_motion"))
     # The inner loop tracks C in the place of D.
-    builder.Connect(
-        impedance.GetOutputPort("compliant_motion"), arm.GetInputPort("reference_motion")
-    )
-    builder.ExportInput(arm.GetInputPort("estimated_state"), "estimated_state")
-    builder.ExportInput(impedance.GetInputPort("desired_motion"), "desired_motion")
-    wrench = builder.ExportInput(impedance.GetInputPort("wrench"), "wrench")
+    builder.Connect(compliant.GetOutputPort("compliant_motion"), loop.inputs["reference_motion"])
+    builder.ExportInput(loop.inputs["estimated_state"], "estimated_state")
+    builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     # The same wrench is compensated in (2.3).
-    builder.ConnectInput(wrench, arm.GetInputPort("wrench"))
-    builder.ExportInput(impedance.GetInputPort("stiffness_scale"), "stiffness_scale")
-    for port in _OUTPUTS:
-        system = impedance if impedance.HasOutputPort(port) else arm
-        builder.ExportOutput(system.GetOutputPort(port), port)
-    diagram = builder.Build()
-    diagram.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
-    return diagram
+    wrenches = [compliant.GetInputPort("wrench"), loop.inputs["wrench"]]
+    if sensors is None:
+        builder.ExportInput(wrenches[0], "wrench")
+        builder.ConnectInput("wrench", wrenches[1])
+    builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
+    for name in ("compliant_motion", "displacement", "energy", "last_compliant_motion"):
+        builder.ExportOutput(compliant.GetOutputPort(name), name)
+    for name, port in loop.outputs.items():
+        builder.ExportOutput(port, name)
+    if sensors is not None:
+        add_sensors(
+            builder,
+            sensors,
+            {"wrench": wrenches},
+            {"reference_motion": compliant.GetOutputPort("compliant_motion")},
+        )
+    return builder.Build()

@@ -1,29 +1,72 @@
-"""The inner loop of one arm, from a reference motion to torques: five blocks, or one system."""
+"""The inner loop of one arm, from a reference motion to torques: its parts, and its blocks."""
 
-from pydrake.systems.framework import DiagramBuilder, System
+from dataclasses import dataclass
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.controllers.config import MotionConfig, RedundancyConfig, SamplingConfig
-from geoimp_drake.systems.arm.arm_control import ArmControl
-from geoimp_drake.systems.arm.arm_loop import ArmBlocks
+from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.motion_control import MotionControl
+from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.systems.arm.arm_model import ArmModel
 from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.arm.joint_readings import JointReadings
+from geoimp_drake.systems.arm.motion_controller import MotionController
+from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
 from geoimp_drake.task_functions.task_function import TaskFunction
 
-__all__ = ["arm_blocks", "arm_can_be_fused", "make_inner_loop"]
+__all__ = ["InnerLoopParts", "InnerLoopPorts", "add_inner_loop", "make_inner_loop"]
 
 
-def make_inner_loop(
-    model: ControlModel,
-    motion_config: MotionConfig,
-    sampling_config: SamplingConfig,
-    redundancy_config: RedundancyConfig,
-    task_function: TaskFunction | None = None,
-    *,
-    fused: bool = True,
-) -> System:
-    """Returns the inner loop of one arm: an `ArmControl`, or a Diagram with the same ports.
+@dataclass(frozen=True)
+class InnerLoopParts:
+    """The parts of an inner loop's blocks; `loop` makes the one part with the same laws."""
+
+    model: ControlModel
+    readings: Readings
+    motion: MotionControl
+    null_space: NullSpace
+
+    @staticmethod
+    def of(
+        model: ControlModel,
+        motion: MotionConfig,
+        sampling: SamplingConfig,
+        redundancy: RedundancyConfig,
+        task_function: TaskFunction | None = None,
+    ) -> "InnerLoopParts":
+        """Returns the parts.
+
+        Args:
+            model: the arm.
+            motion: of the motion loop.
+            sampling: of the readings.
+            redundancy: of the null-space motion.
+            task_function: in the place of the configured one.
+
+        Raises:
+            ConfigurationError: a configuration cannot be used for the arm.
+        """
+        readings = sampling.make(model.num_joints)
+        return InnerLoopParts(model, readings, motion.make(), redundancy.make(model, task_function))
+
+    def loop(self, arm: int = 0) -> InnerLoop:
+        """Returns the one part; `arm` is the number of the arm if there are several."""
+        return InnerLoop(self.model, self.readings, self.motion, self.null_space, arm)
+
+
+@dataclass(frozen=True)
+class InnerLoopPorts:
+    """The ports of an inner loop's blocks."""
+
+    inputs: dict[str, InputPort]
+    outputs: dict[str, OutputPort]
+
+
+def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopPorts:
+    """Adds the blocks of an inner loop, connected with each other.
 
     ```
     reference_motion ─▶ motion_control ─▶ redundancy ─▶ inverse_dynamics ─▶ actuation
@@ -32,56 +75,17 @@ def make_inner_loop(
     ```
 
     Args:
-        model: the arm.
-        motion_config: of `motion_control`.
-        sampling_config: of `joint_readings`.
-        redundancy_config: of `redundancy`.
-        task_function: in the place of the configured one.
-        fused: one system, if laws can be compiled (without numba they cannot) and the orientation
-            law is (2.15); else the blocks are separate.
+        builder: where they are added.
+        parts: what they are made of.
     """
-    blocks = arm_blocks(model, motion_config, sampling_config, redundancy_config, task_function)
-    if fused and arm_can_be_fused(motion_config):
-        return ArmControl(blocks)
-    return _separate(blocks)
-
-
-def arm_blocks(
-    model: ControlModel,
-    motion_config: MotionConfig,
-    sampling_config: SamplingConfig,
-    redundancy_config: RedundancyConfig,
-    task_function: TaskFunction | None = None,
-) -> ArmBlocks:
-    """Returns the blocks of the loop but for those without a choice; see `make_inner_loop`."""
-    return ArmBlocks(
-        model,
-        sampling_config.make(model.num_joints),
-        motion_config.make(),
-        redundancy_config.make(model, task_function),
-    )
-
-
-def arm_can_be_fused(motion_config: MotionConfig) -> bool:
-    """Whether the inner loop can be one system: laws are compiled, the orientation law is (2.15).
-
-    Args:
-        motion_config: of the loop.
-    """
-    return is_available() and motion_config.orientation == "quaternion"
-
-
-def _separate(blocks: ArmBlocks) -> System:
-    model, readings = blocks.model, blocks.readings
-    motion, redundancy = blocks.motion, blocks.redundancy
-    builder = DiagramBuilder()
-    builder.AddNamedSystem("joint_readings", readings)
+    model = parts.model
+    readings = builder.AddNamedSystem("joint_readings", JointReadings.of(parts.readings))
     arm = builder.AddNamedSystem("arm_model", ArmModel(model))
-    builder.AddNamedSystem("motion_control", motion)
-    builder.AddNamedSystem("redundancy", redundancy)
-    torque = builder.AddNamedSystem(
-        "inverse_dynamics", InverseDynamicsInnerLoop(model, readings.period)
+    motion = builder.AddNamedSystem("motion_control", MotionController.of(parts.motion))
+    redundancy = builder.AddNamedSystem(
+        "redundancy", RedundancyResolver.of(RedundancyResolver.part_of(model, parts.null_space))
     )
+    torque = builder.AddNamedSystem("inverse_dynamics", InverseDynamicsInnerLoop(model))
     for system in (motion, redundancy, torque):
         builder.Connect(arm.GetOutputPort("arm"), system.GetInputPort("arm"))
     for source, output, target, port in (
@@ -90,12 +94,28 @@ def _separate(blocks: ArmBlocks) -> System:
         (redundancy, "joint_acceleration", torque, "joint_acceleration"),
     ):
         builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
-    builder.ExportInput(readings.GetInputPort("state"), "estimated_state")
-    builder.ExportInput(motion.GetInputPort("reference_motion"), "reference_motion")
-    builder.ExportInput(torque.GetInputPort("wrench"), "wrench")
-    builder.ExportOutput(torque.GetOutputPort("actuation"), "actuation")
-    builder.ExportOutput(arm.GetOutputPort("motion_E"), "measured_motion")
-    builder.ExportOutput(torque.GetOutputPort("peak_effort"), "peak_effort")
-    for port in ("smallest_singular_value", "null_space_error", "task_value"):
-        builder.ExportOutput(redundancy.GetOutputPort(port), port)
+    reports = ("smallest_singular_value", "null_space_error", "task_value")
+    return InnerLoopPorts(
+        {
+            "estimated_state": readings.GetInputPort("state"),
+            "reference_motion": motion.GetInputPort("reference_motion"),
+            "wrench": torque.GetInputPort("wrench"),
+        },
+        {
+            "actuation": torque.GetOutputPort("actuation"),
+            "measured_motion": arm.GetOutputPort("motion_E"),
+            "peak_effort": torque.GetOutputPort("peak_effort"),
+            **{name: redundancy.GetOutputPort(name) for name in reports},
+        },
+    )
+
+
+def make_inner_loop(parts: InnerLoopParts) -> Diagram:
+    """Returns the blocks of an inner loop as a Diagram; see `add_inner_loop`."""
+    builder = DiagramBuilder()
+    ports = add_inner_loop(builder, parts)
+    for name, port in ports.inputs.items():
+        builder.ExportInput(port, name)
+    for name, output in ports.outputs.items():
+        builder.ExportOutput(output, name)
     return builder.Build()

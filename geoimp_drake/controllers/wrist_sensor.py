@@ -1,4 +1,4 @@
-"""A wrist force sensor in one line: from a weld joint of anybody's plant to the wrench signal."""
+"""A wrist force sensor in one line: from a weld joint of any plant to the wrench signal."""
 
 from collections.abc import Sequence
 
@@ -8,15 +8,14 @@ from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.arm.kinematic_tree import path_to, welded_bodies
 from geoimp_drake.errors import ModelError
-from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensing import PLANT_LISTS
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensor,
     WristSensorConfig,
 )
+from geoimp_drake.parts.wrist_sensors import PLANT_LISTS
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -41,7 +40,7 @@ def add_wrist_sensor(
 ) -> ForceTorqueSensor:
     """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
 
-    Its output port `wrench` is what the controllers want. With `inertial_load: reference` connect
+    Its output port `wrench` is an input of the controllers. With `inertial_load: reference` connect
     its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
     `reference_is_held` to its `last_compliant_motion`, which costs less. For two arms that hold an
     object see `add_wrist_sensors`.
@@ -87,7 +86,7 @@ def add_wrist_sensors(
 ) -> ForceTorqueSensors:
     """Adds several force/torque sensors as one system, connected to the plant: it costs less.
 
-    Its output ports `wrench_1`, `wrench_2` and so on are what `make_cooperative_controller` wants.
+    Its output ports `wrench_1`, `wrench_2` and so on are inputs of `make_cooperative_controller`.
     With `inertial_load: reference` connect its input ports `reference_motion_1` and so on yourself:
     with `reference_is_held` to the controller's `last_reference_motion_1` and so on. It costs less
     to give the sensors to that controller, see `connect_wrist_sensors`.
@@ -135,7 +134,7 @@ def wrist_sensor_at(
     initial_wrench: Array | None = None,
     name: str = "",
 ) -> WristSensor:
-    """Returns what a sensor that reads a weld joint of `plant` has to know.
+    """Returns the description of a sensor that reads a weld joint of `plant`.
 
     Args:
         plant: finalized.

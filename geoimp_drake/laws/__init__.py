@@ -1,4 +1,4 @@
-"""The chapter's control laws, one a file, as pure functions on arrays: no Drake import, no state.
+"""The chapter's control laws, one per file, as pure functions on arrays: no Drake import, no state.
 
 Every function accepts arrays of `float` and of Drake's `AutoDiffXd` unless its docstring says
 otherwise, and its docstring starts with the law's equation number. Spatial vectors are

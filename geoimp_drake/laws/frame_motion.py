@@ -1,4 +1,4 @@
-"""The order of a frame motion, and what is required of one and of any other signal.
+"""The order of a frame motion, and checks of it and of any other signal.
 
 Unit quaternion [w, x, y, z] and position p of the frame, then its angular velocity ω, linear
 velocity v, angular acceleration ω̇ and linear acceleration v̇, all of the frame in W, expressed

@@ -9,12 +9,12 @@ __all__ = ["smooth_step", "stopped"]
 
 
 def stopped(v: Array, time: float, time_constant: float) -> tuple[Array, Array, Array]:
-    """Returns way, velocity and acceleration of a velocity that decays as exp(−t/T).
+    """Returns displacement, velocity and acceleration of a velocity that decays as exp(−t/T).
 
     Args:
         v: velocity at time zero (any shape) [m/s or rad/s].
         time: t [s].
-        time_constant: T [s]; the way to rest is vT.
+        time_constant: T [s]; the distance to rest is vT.
     """
     decay = np.exp(-time / time_constant)
     return v * (time_constant * (1.0 - decay)), v * decay, v * (-decay / time_constant)

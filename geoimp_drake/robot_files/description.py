@@ -54,7 +54,7 @@ class Description:
     def effort_limits(self) -> dict[str, float]:
         """Returns the effort limits [Nm or N] that the file states, by joint.
 
-        Zero, in a URDF, says that nobody filled it in. SDF's limits reach Drake by themselves.
+        Zero, in a URDF, means that it was not filled in. SDF's limits reach Drake by themselves.
         """
         efforts = {}
         for joint in self.root.iter("joint"):
@@ -97,7 +97,7 @@ def read_description(file: Path) -> Description:
     """Reads a URDF, SDF or MJCF file.
 
     Raises:
-        ConfigurationError: no such file, no XML (the line is told), or none of the three.
+        ConfigurationError: no such file, no XML (the message has the line), or none of the three.
     """
     root = _read(file)
     if root.tag not in _FORMATS:

@@ -236,7 +236,7 @@ def _check_carried(model: ControlModel, recipe: _Recipe) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """Keeps Drake from saying on trial what it says again for good."""
+    """Mutes Drake's log during a trial, since the real load repeats it."""
     level = _log.level
     _log.setLevel(logging.CRITICAL)
     try:

@@ -13,7 +13,7 @@ _READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
 
 
 def is_read_by_drake(mesh: Path) -> bool:
-    """Tells, from its name, whether Drake reads a mesh."""
+    """Returns whether Drake reads a mesh of this name."""
     return mesh.suffix.lower() in _READ_BY_DRAKE
 
 

@@ -1,4 +1,4 @@
-"""What an experiment claims: a figure from the log, its bound, and whether it holds."""
+"""What an experiment claims: a value from the log, its bound, and whether it holds."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -27,14 +27,14 @@ class Claim:
 
     Attributes:
         claim: what is claimed, in words.
-        figure: the number from the log, None if the run ended before it could be taken.
+        value: the number from the log, None if the run ended before it could be taken.
         bound: what the number is held against.
         unit: of the number; empty for a ratio.
         holds: whether it keeps the bound, None if the number could not be taken.
     """
 
     claim: str
-    figure: float | None
+    value: float | None
     bound: str
     unit: str
     holds: bool | None
@@ -44,28 +44,28 @@ class Claim:
         return asdict(self)
 
 
-def at_most(claim: str, figure: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a figure does not exceed a bound."""
-    return _claim(claim, figure, f"≤ {bound:g}", unit, figure is not None and figure <= bound)
+def at_most(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
+    """Returns the claim that a value does not exceed a bound."""
+    return _claim(claim, value, f"≤ {bound:g}", unit, value is not None and value <= bound)
 
 
-def at_least(claim: str, figure: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a figure reaches a bound."""
-    return _claim(claim, figure, f"≥ {bound:g}", unit, figure is not None and figure >= bound)
+def at_least(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
+    """Returns the claim that a value reaches a bound."""
+    return _claim(claim, value, f"≥ {bound:g}", unit, value is not None and value >= bound)
 
 
 def within(
-    claim: str, figure: float | None, target: float, tolerance: float, unit: str = ""
+    claim: str, value: float | None, target: float, tolerance: float, unit: str = ""
 ) -> Claim:
-    """Returns the claim that a figure differs from a target by no more than a fraction of it."""
-    holds = figure is not None and abs(figure - target) <= tolerance * abs(target)
-    return _claim(claim, figure, f"{target:g} ± {100 * tolerance:g} %", unit, holds)
+    """Returns the claim that a value differs from a target by no more than a fraction of it."""
+    holds = value is not None and abs(value - target) <= tolerance * abs(target)
+    return _claim(claim, value, f"{target:g} ± {100 * tolerance:g} %", unit, holds)
 
 
-def _claim(claim: str, figure: float | None, bound: str, unit: str, holds: bool) -> Claim:
-    if figure is None:
+def _claim(claim: str, value: float | None, bound: str, unit: str, holds: bool) -> Claim:
+    if value is None:
         return Claim(claim, None, bound, unit, None)
-    return Claim(claim, float(figure), bound, unit, bool(holds))
+    return Claim(claim, float(value), bound, unit, bool(holds))
 
 
 def phase_reached(log: Mapping[str, Array], end: float) -> bool:
@@ -98,10 +98,10 @@ def normal_stiffness(log: Mapping[str, Array], arm: str, samples: Array) -> floa
 def format_claims(claims: list[Claim]) -> str:
     """Returns the claims as a table for a terminal."""
     verdict = {True: "holds", False: "FAILS", None: "not reached"}
-    rows = [("claim", "figure", "bound", "")] + [
+    rows = [("claim", "value", "bound", "")] + [
         (
             claim.claim,
-            "–" if claim.figure is None else f"{claim.figure:.4g} {claim.unit}".strip(),
+            "–" if claim.value is None else f"{claim.value:.4g} {claim.unit}".strip(),
             f"{claim.bound} {claim.unit}".strip(),
             verdict[claim.holds],
         )

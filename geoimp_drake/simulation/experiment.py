@@ -17,7 +17,7 @@ from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.live import pause_button
-from geoimp_drake.simulation.replay import start_meshcat, write_replay
+from geoimp_drake.simulation.replay import start_meshcat, stop_listening, write_replay
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.typing import Array
@@ -52,6 +52,7 @@ def run_experiment(
     figures: bool = True,
     html: bool = False,
     live: bool = False,
+    host: str | None = None,
 ) -> RunResult:
     """Builds, simulates and writes one experiment.
 
@@ -62,13 +63,17 @@ def run_experiment(
         figures: draw the chapter's figures.
         html: write a replay.
         live: show the run in Meshcat, at real time at most, with sliders and buttons.
+        host: address at which it is shown then; by default on this machine alone.
 
     Raises:
-        ConfigurationError: the scenario or the folder cannot be used; nothing has been written.
+        ConfigurationError: the scenario, the folder or the host cannot be used; nothing has been
+            written.
         GeoimpError: the simulation cannot even start; nothing has been written.
     """
     _check_writable(out)
-    meshcat = start_meshcat(*experiment.view) if html or live else None
+    meshcat = start_meshcat(*experiment.view, host=host) if html or live else None
+    if meshcat is not None and not live:
+        stop_listening(meshcat)
     setup = experiment.build(scenario, meshcat, live=live)
     if meshcat is not None and html:
         meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)

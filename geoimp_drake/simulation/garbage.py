@@ -1,4 +1,4 @@
-"""What Python's garbage collector need not look at while a simulation runs."""
+"""Keeps Python's garbage collector from scanning old objects while a simulation runs."""
 
 import gc
 from collections.abc import Iterator
@@ -9,10 +9,10 @@ __all__ = ["only_new_garbage"]
 
 @contextmanager
 def only_new_garbage() -> Iterator[None]:
-    """Has the garbage collector look only at what is made from now on, until the end.
+    """Makes the garbage collector scan only objects made from now on, until the context ends.
 
-    Called for by the many small objects of every step, it would look again and again at all that
-    has been there since the start: modules, plants, compiled laws. That is some percent of a loop.
+    The many small objects of every step trigger it, and each time it would scan all that has been
+    there since the start: modules, plants, compiled laws. That is some percent of a loop.
     """
     gc.freeze()
     try:

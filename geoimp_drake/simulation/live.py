@@ -18,8 +18,8 @@ from pydrake.systems.framework import (
     System,
 )
 
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
 __all__ = ["PushButton", "StiffnessSliders", "add_live_controls", "pause_button"]
@@ -68,8 +68,8 @@ class StiffnessSliders(Block):
     """Two sliders that scale K_p and K_o; the stiffness follows them without a jump.
 
     A factor s follows its slider u by ṡ = (u − s)/T, T = 0.3 s, so that the elastic wrench is
-    continuous. A spring that is made stiffer while it is loaded gains energy without anybody's
-    work: the power 𝒰 ṡ/s, 𝒰 the potential energy, is put out and shown.
+    continuous. A spring that is made stiffer while it is loaded gains energy that no
+    force supplies: the power 𝒰 ṡ/s, 𝒰 the potential energy, is put out and shown.
 
     Args:
         meshcat: where the sliders appear.
@@ -96,8 +96,10 @@ class StiffnessSliders(Block):
         self.DeclarePeriodicPublishEvent(_READ_PERIOD, 0.0, self._show)
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        values = [self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)]
-        state.set_value(self._targets, values)
+        before = context.get_discrete_state(self._targets).value()
+        values = np.array([self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)])
+        # Drake takes any number that a page sends, whatever the range.
+        state.set_value(self._targets, np.where(np.isnan(values), before, values.clip(*_FACTORS)))
 
     def _rates(self, context: Context) -> Array:
         targets: Array = context.get_discrete_state(self._targets).value()
@@ -173,7 +175,7 @@ class PushButton(Block):
 
 
 def pause_button(meshcat: Meshcat) -> Callable[[], bool]:
-    """Adds a button and returns what waits while it says pause, and says whether it has waited."""
+    """Adds a pause button; what it returns waits while it is on and returns True if it waited."""
     meshcat.AddButton(PAUSE, "Space")
 
     def wait() -> bool:

@@ -70,7 +70,7 @@ def simulate(
         label: stands before the progress bar, which is shown on a terminal only.
         real_time: do not run faster than real time.
         events: what happens on the way; the simulation stops at each for it.
-        wait: called now and then; may hold the simulation up, and says whether it has.
+        wait: called between chunks; may pause the simulation, and returns whether it has.
 
     Returns:
         The outcome; an error of a system or of Drake ends the simulation and is kept there.

@@ -18,8 +18,8 @@ from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
-from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
 __all__ = ["FrameTriads", "WrenchArrow", "add_visualization"]

@@ -1,1 +1,1 @@
-"""One Drake LeafSystem a file: ports, cache and state around the laws."""
+"""One Drake LeafSystem per file: ports, cache and state around the laws."""

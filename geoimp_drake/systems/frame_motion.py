@@ -10,7 +10,6 @@ from pydrake.common.containers import namedview
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector
 
-from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.frame_motion import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
@@ -23,7 +22,6 @@ from geoimp_drake.laws.frame_motion import (
     POSITION,
     QUATERNION,
     VELOCITY,
-    is_finite,
 )
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
@@ -41,11 +39,8 @@ __all__ = [
     "QUATERNION",
     "VELOCITY",
     "FrameMotion",
-    "check_frame_motion",
-    "check_signal",
     "frame_motion_at_rest",
     "frame_motion_vector",
-    "is_set",
     "pose_of",
 ]
 
@@ -77,28 +72,3 @@ def pose_of(motion: Array) -> RigidTransform:
     """Returns the pose X_WF of a frame motion."""
     R_WF = RotationMatrix(quaternion.to_rotation(motion[QUATERNION]))
     return RigidTransform(R_WF, motion[POSITION])
-
-
-def is_set(pose: Array) -> bool:
-    """Whether a pose, or whatever begins with one, has been written: as declared it is zero.
-
-    Args:
-        pose: quaternion first.
-    """
-    return bool(pose[0] or pose[1] or pose[2] or pose[3])
-
-
-def check_signal(value: Array, port: str) -> None:
-    """Raises SignalError if a value at a port is NaN or infinite."""
-    if not is_finite(value):
-        bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
-        raise SignalError(
-            f"Port '{port}' got {bad or 'values that overflow when squared'} (index: value); every "
-            f"entry must be finite. Look at the system that feeds this port."
-        )
-
-
-def check_frame_motion(motion: Array, port: str) -> None:
-    """Raises SignalError if a frame motion is not finite or its quaternion is not unit."""
-    check_signal(motion, port)
-    quaternion.check_unit(motion[QUATERNION], f"Port '{port}': its quaternion")

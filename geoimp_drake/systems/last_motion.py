@@ -1,14 +1,12 @@
 """The motion that a signal had when the last step began, as a held state."""
 
-from pydrake.systems.framework import Context, DiscreteValues, State
-
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.frame_motion import frame_motion_vector
+from geoimp_drake.parts.last_motion import KeptMotion
+from geoimp_drake.systems.part_system import PartSystem
 
 __all__ = ["LastMotion"]
 
 
-class LastMotion(Block):
+class LastMotion(PartSystem):
     """Holds what a frame motion was when the last step began.
 
     A reaction force belongs to the step that it followed from, and so does the motion whose
@@ -20,16 +18,4 @@ class LastMotion(Block):
     """
 
     def __init__(self) -> None:
-        super().__init__()
-        self._motion = self.DeclareVectorInputPort("motion", frame_motion_vector())
-        self._last = self.declare_state(frame_motion_vector())
-        self.declare_state_output("last_motion", self._last)
-        self.DeclareInitializationDiscreteUpdateEvent(self._forget)
-        # Together with the step of a plant with sampled output ports.
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._keep)
-
-    def _forget(self, context: Context, state: DiscreteValues) -> None:
-        state.set_value(self._last, frame_motion_vector().value())
-
-    def _keep(self, context: Context, state: State) -> None:
-        state.get_mutable_discrete_state().set_value(self._last, self._motion.Eval(context))
+        super().__init__(KeptMotion())

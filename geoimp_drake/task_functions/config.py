@@ -29,7 +29,7 @@ class TermConfig:
     kind: str = "none"
     weight: float = 1.0  # factor of w
     joints: list[str] = field(default_factory=list)  # names; joint-limits: all if none is named
-    target: Array = field(default_factory=lambda: np.zeros(1))  # of joint-target, one a joint
+    target: Array = field(default_factory=lambda: np.zeros(1))  # of joint-target, one per joint
     initial: Array | None = None  # of joint-target; the posture at the start if not given
     start: float = 0.0  # of joint-target [s]
     duration: float = 4.0  # of joint-target [s]

@@ -25,7 +25,7 @@ class JointTarget:
     Args:
         model: the arm.
         joints: names of the chosen joints.
-        target: where they shall go, one each [rad or m].
+        target: where they go, one each [rad or m].
         initial: where q_d begins; their positions when the simulation is initialized, unless given.
         start: when the trajectory begins [s].
         duration: how long it takes [s].

@@ -20,7 +20,7 @@ __all__ = ["Instant", "NoTask", "TaskFunction", "TaskValue", "joint_index"]
 class Instant:
     """The arm at one instant, as a task function sees it.
 
-    Two attributes are evaluated when they are asked for: `arm`, its kinematics and dynamics, and
+    Two attributes are evaluated on first use: `arm`, its kinematics and dynamics, and
     `scratch`, a context of the control model's plant at its posture.
     """
 
@@ -60,7 +60,7 @@ class TaskFunction(Protocol):
 
 
 class NoTask:
-    """w = 0: the internal motion is damped towards rest."""
+    """w = 0: the null-space motion is damped towards rest."""
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns zeros."""

@@ -15,6 +15,7 @@ from browser import BROWSERS, find_browser, visit
 from matplotlib.image import imread
 
 from geoimp_drake import cli
+from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.reproduction import CONTRAST, FAILS, HOLDS, VariantResult
 from geoimp_drake.campaigns.study import Study, Variant
@@ -75,6 +76,8 @@ def test_each_run_has_its_folder_with_the_files_of_a_run(whole):
         replay = {"replay.html"} if key in {f"{e}/{v}" for e, v in MAIN.items()} else set()
         files = {"log.npz", "scenario.yaml", "metrics.json"} | figures | replay
         assert {path.name for path in (out / key).iterdir()} == files, key
+        scenario = (out / key / "scenario.yaml").read_text("utf-8")
+        assert f"\nform: {fastest_form()['form']}\n" in scenario
 
 
 def test_what_a_variant_breaks_on_purpose_is_a_claim_of_its_run(whole):

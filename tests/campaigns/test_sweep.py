@@ -22,6 +22,7 @@ from distributed import LocalCluster
 from geoimp_drake import cli
 from geoimp_drake.campaigns.sweep_plan import Distribution, SweepPlan, setting
 from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
+from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.scenario.loading import plain_data
@@ -68,6 +69,10 @@ def out(tmp_path):
 def rows_of(out: Path) -> list[dict[str, str]]:
     with (out / "samples.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def form_in(folder: Path) -> str:
+    return yaml.safe_load((folder / "scenario.yaml").read_text("utf-8"))["form"]
 
 
 def finished_in(out: Path) -> list[str]:
@@ -158,7 +163,7 @@ def test_run_repeats_any_row_to_the_bit(serial, out, index, monkeypatch):
     claims = json.loads((out / "metrics.json").read_text("utf-8"))["claims"]
     for claim in claims:
         name = f"{claim['claim']} [{claim['unit']}]" if claim["unit"] else claim["claim"]
-        assert row[name] == ("" if claim["figure"] is None else repr(claim["figure"]))
+        assert row[name] == ("" if claim["value"] is None else repr(claim["value"]))
         assert row[f"holds: {claim['claim']}"] == str(claim["holds"] or "")
     force = np.load(out / "log.npz")["six/wrench_true"][:, 3:]
     assert row["peak_force"] == repr(float(np.linalg.norm(force, axis=1).max()))
@@ -236,6 +241,13 @@ BAD_INPUTS = {
 }
 
 
+@pytest.mark.parametrize("key", ["internal.translation.mass", "opened.stop_time"])
+def test_a_sweep_that_the_controller_would_refuse_is_not_begun(key, out, capsys):
+    assert run("sweep", "bar", "--vary", f"{key}=-1:1", "--out", out) == 2
+    assert f"{key} cannot be -1: {key} is " in capsys.readouterr().err
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("arguments", BAD_INPUTS)
 def test_bad_input_gets_one_clear_line_and_writes_nothing(arguments, out, capsys, monkeypatch):
     monkeypatch.setattr("geoimp_drake.campaigns.many_runs._CONNECT_TIMEOUT", 0.5)
@@ -302,11 +314,11 @@ def test_an_experiment_may_say_itself_what_success_is():
     data = plain_data(experiment.scenario((), ("duration=0.02",)))
     measures = {"depth [m]": np.float64(0.05), "success": np.bool_(True)}
     used = {name: getattr(experiment, name) for name in ("scenario", "build", "claims")}
-    own = types.SimpleNamespace(**used, sweep_figures=lambda *_: measures)
+    own = types.SimpleNamespace(**used, sweep_values=lambda *_: measures)
     row = run_sample(Sample(own, data, ()))
     assert row["success"] is True
-    assert row["figures"]["depth [m]"] == 0.05
-    assert "success" not in row["figures"]
+    assert row["values"]["depth [m]"] == 0.05
+    assert "success" not in row["values"]
     assert run_sample(Sample(experiment, data, ()))["success"] is False  # claims not reached
 
 
@@ -317,3 +329,10 @@ def test_without_a_sweep_nothing_imports_dask(out):
         "assert not {'dask', 'distributed'} & sys.modules.keys()"
     )
     subprocess.run((sys.executable, "-c", code, out), check=True, capture_output=True)
+
+
+def test_samples_run_in_the_fastest_form_unless_told(serial, out):
+    assert form_in(serial) == ("compiled" if is_available() else "blocks")
+    told = (*SWEEP, "--samples", "1", "--jobs", "1", "--set", "form=blocks", "--out", out)
+    assert run(*told) == 0
+    assert form_in(out) == "blocks"

@@ -109,7 +109,7 @@ def test_tracking_is_the_same_compiled(name: str) -> None:
 
 def state_after(name: str, duration: float) -> np.ndarray:
     experiment = get_experiment(name)
-    setup = experiment.build(experiment.scenario((), ()))
+    setup = experiment.build(experiment.scenario(({"form": "compiled"},)))
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)
     simulator.AdvanceTo(duration)

@@ -2,6 +2,8 @@
 
 import os
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +133,33 @@ def test_machine_code_that_cannot_be_discarded_is_not_used(monkeypatch, folder, 
     assert [reads(), reads()] == [0, 0]
     assert len(caplog.records) == 1
     assert only(folder, "*.nbi").exists()
+
+
+OF_ONE_NAME = """
+import sys
+import numpy as np
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.laws.motion_control.orientation_control import orientation_law
+from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
+
+reference, gains, V = np.zeros(19), np.array([np.eye(3), np.eye(3)]), np.ones(6)
+reference[:4], Q = [0.8, 0.6, 0.0, 0.0], np.array([0.8, 0.0, 0.6, 0.0])
+for name in sys.argv[1:]:
+    law = tracking_acceleration(orientation_law(name))
+    found = np.zeros((2, 6))
+    for form, a in zip((law, compiled(law)), found):
+        assert form(reference, Q, np.zeros(3), V, gains, gains, a)
+    np.testing.assert_allclose(*found, atol=1e-12, err_msg=name)
+"""
+
+
+def test_laws_of_one_name_compiled_in_different_processes_are_not_taken_for_each_other(
+    folder,
+) -> None:
+    names = "angle-axis-sin", "angle-axis-simple", "angle-axis-tan-half"
+    for given in (*((name,) for name in names), names):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+        subprocess.run([sys.executable, "-c", OF_ONE_NAME, *given], check=True, env=environment)
 
 
 def test_sources_are_all_that_machine_code_is_made_from() -> None:

@@ -113,7 +113,7 @@ def test_long_products_are_what_numpy_does() -> None:
 
 def test_long_products_sum_as_short_ones_do(monkeypatch) -> None:
     """To the bit, so that where the loop begins does not show."""
-    from geoimp_drake.compilation import small_array_type as compiled_arrays
+    from geoimp_drake.compilation import small_array_operations as compiled_arrays
 
     signals = [np.random.default_rng(k).normal(size=(6, 7)) for k in range(2)]
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hand_motions import same_rotation
-from pydrake.common.yaml import yaml_load_typed
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, SpatialInertia
@@ -14,9 +13,9 @@ from geoimp_drake.controllers.config import RotationGains, TranslationGains
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
 from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.object_load import ObjectLoad
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
-from geoimp_drake.systems.cooperation.cooperative_reference_generator import MutualPose
 from geoimp_drake.systems.frame_motion import (
     LINEAR_ACCELERATION,
     LINEAR_VELOCITY,
@@ -26,7 +25,6 @@ from geoimp_drake.systems.frame_motion import (
     pose_of,
 )
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
-from geoimp_drake.validation import check
 
 
 class Ports:
@@ -234,12 +232,11 @@ def test_parts_that_are_switched_off_are_not_there(parallel: ArmPair) -> None:
     config.monitor.enabled = config.internal.enabled = False
     controller = parallel.controller(config)
     assert not controller.HasOutputPort("opened")
-    blocks = controller.GetSubsystemByName("object")
-    assert not blocks.HasSubsystemNamed("internal_impedance")
+    assert not controller.HasSubsystemNamed("internal_impedance")
     config.monitor.enabled = config.internal.enabled = True
     controller = parallel.controller(config)
     assert controller.HasOutputPort("opened")
-    assert controller.GetSubsystemByName("object").HasSubsystemNamed("internal_impedance")
+    assert controller.HasSubsystemNamed("internal_impedance")
 
 
 def test_spare_joint_comes_to_rest_by_default(parallel: ArmPair) -> None:
@@ -262,39 +259,3 @@ def test_wrong_arms_are_named(parallel: ArmPair) -> None:
         make_cooperative_controller(plant, arms, frames[::-1])
     with pytest.raises(ConfigurationError, match="3 task functions"):
         make_cooperative_controller(plant, arms, frames, task_functions=(None,) * 3)
-
-
-@pytest.mark.parametrize(
-    ("part", "key", "value", "text"),
-    [
-        ("internal", "axes", "x", "internal.axes"),
-        ("monitor", "dwell", -1.0, r"monitor\.dwell"),
-        ("opened", "after", "drop", r"opened\.after"),
-        ("load", "mass", np.inf, r"load\.mass"),
-        ("monitor", "fall_time", 1e-4, r"monitor\.fall_time .* no fall is that fast"),
-        ("sampling", "period", 0.06, "internal.translation.damping"),
-    ],
-)
-def test_field_that_cannot_be_used_is_named(part: str, key: str, value, text: str) -> None:
-    config = CooperativeControllerConfig(load=ObjectLoad())
-    setattr(getattr(config, part), key, value)
-    with pytest.raises(ConfigurationError, match=text):
-        check(config)
-
-
-def test_configuration_is_read_from_yaml_over_its_defaults() -> None:
-    text = """
-    internal: {translation: {damping: 300.0}, enabled: false}
-    mutual_pose: {position: [0.0, 0.9, 0.0]}
-    load: {mass: 4.5, inertia: [[0.3, 0, 0], [0, 0.1, 0], [0, 0, 0.3]]}
-    opened: {after: retreat}
-    """
-    config = yaml_load_typed(
-        schema=CooperativeControllerConfig, data=text, defaults=CooperativeControllerConfig()
-    )
-    check(config)
-    assert config.internal.translation.damping == 300.0
-    assert config.internal.translation.mass == 10.0
-    assert config.mutual_pose is not None
-    np.testing.assert_array_equal(config.mutual_pose.quaternion, [1.0, 0.0, 0.0, 0.0])
-    assert (config.load.mass, config.opened.after) == (4.5, "retreat")

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import (
 from pydrake.systems.framework import Context
 from rigs import ControlledArm, make_controlled_arm, quick_config
 
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 
 STEPS = 40
 PUSHES = {"one": np.array([30.0, 0.0, -10.0]), "other": np.array([-15.0, 25.0, 0.0])}

@@ -1,10 +1,13 @@
 """Redundancy in scenario files: every kind of task from YAML, errors that list what is valid."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 from redundant_arms import FACING, Resolver, generated_arm, random_states, track_arm
 
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import RedundancyConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
@@ -42,6 +45,10 @@ def load(text: str) -> RedundancyConfig:
     return yaml_load_typed(schema=RedundancyConfig, data=text, defaults=RedundancyConfig())
 
 
+def made(config: RedundancyConfig, model: ControlModel = TRACK, *task: Any) -> RedundancyResolver:
+    return RedundancyResolver.of(RedundancyResolver.part_of(model, config.make(model, *task)))
+
+
 def value_and_acceleration(system: RedundancyResolver) -> np.ndarray:
     resolver = Resolver(TRACK, system)
     resolver.start_at(FACING)
@@ -72,7 +79,7 @@ def test_one_of_everything_is_what_it_says() -> None:
     )
     config = load(ONE_OF_EVERYTHING)
     expected = value_and_acceleration(by_hand)
-    np.testing.assert_allclose(value_and_acceleration(config.make(TRACK)), expected, atol=1e-9)
+    np.testing.assert_allclose(value_and_acceleration(made(config)), expected, atol=1e-9)
     assert (config.damping.threshold, config.damping.factor) == (0.02, 0.03)
 
 
@@ -85,7 +92,7 @@ def test_dumped_and_loaded_again_it_is_the_same() -> None:
 def test_default_is_damping_towards_rest() -> None:
     config = load("{}")
     np.testing.assert_array_equal(
-        value_and_acceleration(config.make(TRACK)),
+        value_and_acceleration(made(config)),
         value_and_acceleration(RedundancyResolver(TRACK, 20.0)),
     )
 
@@ -93,7 +100,7 @@ def test_default_is_damping_towards_rest() -> None:
 @pytest.mark.parametrize("joints", [6, 7, 8])
 def test_default_serves_arms_of_any_number_of_joints(joints: int) -> None:
     model = generated_arm(joints)
-    resolver = Resolver(model, RedundancyConfig().make(model))
+    resolver = Resolver(model, made(RedundancyConfig(), model))
     assert np.isfinite(resolver.at(random_states(model, 1)[0], A)).all()
 
 
@@ -104,12 +111,12 @@ def test_every_kind_can_be_made(kind: str) -> None:
     config.task.link = "link2"
     if kind == "weighted-sum":
         config.task.terms = load(ONE_OF_EVERYTHING).task.terms
-    assert np.isfinite(value_and_acceleration(config.make(TRACK))).all()
+    assert np.isfinite(value_and_acceleration(made(config))).all()
 
 
 def test_given_task_function_replaces_the_configured_one() -> None:
     config = load("{k_beta: 3, task: {kind: joint-target, joints: [elbow], target: [1.1]}}")
-    given = value_and_acceleration(config.make(TRACK, Manipulability()))
+    given = value_and_acceleration(made(config, TRACK, Manipulability()))
     expected = RedundancyResolver(TRACK, 20.0, k_beta=3.0, task=Manipulability())
     np.testing.assert_array_equal(given, value_and_acceleration(expected))
 

@@ -20,7 +20,7 @@ from geoimp_drake.laws.redundancy.pseudo_inverse import (
     null_space_projector,
     weighted_pseudo_inverse,
 )
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance
@@ -37,7 +37,7 @@ LYING = WristSensorConfig(
 )
 
 
-def internal_velocity(elbow_speed: float) -> np.ndarray:
+def null_space_velocity(elbow_speed: float) -> np.ndarray:
     """Returns joint velocities that leave the end effector at rest."""
     arm = arm_at(TRACK, np.concatenate((FACING, np.zeros(7))))
     J_pinv = weighted_pseudo_inverse(arm.Jv_V_WE, np.linalg.inv(arm.B))
@@ -94,10 +94,10 @@ def test_it_would_sag_if_wrenches_reached_the_null_space() -> None:
     assert abs(elbow[-1] - elbow[0]) > 2e-2
 
 
-def test_internal_motion_comes_to_rest_and_does_not_move_the_hand() -> None:
+def test_null_space_motion_comes_to_rest_and_does_not_move_the_hand() -> None:
     config = idle()
     config.redundancy.K_n = np.array(60.0)
-    loop = closed_loop(FACING, config, step=1e-2, velocity=internal_velocity(0.2))
+    loop = closed_loop(FACING, config, step=1e-2, velocity=null_space_velocity(0.2))
     rows = loop.sample(10.0, 0.5, lambda: elbow_and_hand(loop))
     moved = np.abs(rows - rows[0]).max(axis=0)
     print(f"pushed elbow: {moved[0]:.3f} rad, then rest; hand {moved[1:].max():.1e} m")
@@ -114,7 +114,7 @@ def test_elbow_reaches_its_target_in_time_and_the_hand_stays() -> None:
     assert rows[0, 0] == pytest.approx(0.702)
     assert abs(rows[-1, 0] - 1.1) < 0.01
     assert hand < 1e-4
-    assert loop.internal("task_value")[0] < 1e-4
+    assert loop.null_space_output("task_value")[0] < 1e-4
 
 
 def test_elbow_stays_without_the_gain() -> None:
@@ -128,11 +128,11 @@ def test_error_energy_decays_at_its_rate_in_closed_loop() -> None:
     K_n = 200.0
     segment = MotionSegment(3.0, np.array([0.02, -0.05, 0.04]), np.array([0.0, 0.1, 0.1]))
     loop = closed_loop(
-        FACING, case_5(-250.0, K_n), segments=(segment,), velocity=internal_velocity(0.3)
+        FACING, case_5(-250.0, K_n), segments=(segment,), velocity=null_space_velocity(0.3)
     )
 
     def energy_and_power() -> tuple[float, float]:
-        e_n = loop.internal("null_space_error")
+        e_n = loop.null_space_output("null_space_error")
         return 0.5 * e_n @ arm_at(TRACK, loop.state()).B @ e_n, -K_n * e_n @ e_n
 
     V, power = loop.sample(0.4, 0.01, energy_and_power).T
@@ -147,7 +147,7 @@ def test_error_energy_decays_at_its_rate_in_closed_loop() -> None:
 def test_joint_limit_task_keeps_the_elbow_within_its_range(k_beta: float, within: bool) -> None:
     # The elbow coasts towards 2.59 rad; its limit is 2.18. No stops here: the law alone.
     resolver = Resolver.of(TRACK, k_beta=k_beta, task=JointLimitDistance(TRACK))
-    state = np.concatenate((FACING, internal_velocity(0.8)))
+    state = np.concatenate((FACING, null_space_velocity(0.8)))
     elbow = simulate(resolver, state, lambda t: np.zeros(6), 5.0, 0.05)[:, 1 + ELBOW]
     limit = TRACK.plant.GetPositionUpperLimits()[ELBOW]
     print(f"k_beta {k_beta:g}: elbow up to {elbow.max():.2f} rad, limit {limit:.2f}")

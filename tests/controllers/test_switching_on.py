@@ -6,6 +6,7 @@ from arms import relative_error
 from pydrake.math import RigidTransform
 from rigs import ControlledArm, law_torque, make_controlled_arm, quick_config
 
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
@@ -15,7 +16,6 @@ from geoimp_drake.systems.frame_motion import (
     POSITION,
     QUATERNION,
 )
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
 
 SPEED = {6: np.array([0.3, -0.2, 0.25, 0.4, -0.3, 0.5]), 7: np.linspace(-0.3, 0.4, 7)}
 AWAY = RigidTransform([0.01, -0.02, 0.015])

@@ -14,7 +14,7 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingC
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, WRIST_SENSOR, add_cell
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 
@@ -38,8 +38,8 @@ class Loop:
         context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
         return self.plant.GetFrameByName(END_EFFECTOR).CalcPoseInWorld(context)
 
-    def internal(self, port: str) -> np.ndarray:
-        """Returns what the controller says of the internal motion."""
+    def null_space_output(self, port: str) -> np.ndarray:
+        """Returns an output port of the null-space motion over time."""
         controller = self.simulator.get_system().GetSubsystemByName("seven_impedance_controller")
         context = controller.GetMyContextFromRoot(self.simulator.get_context())
         return controller.GetOutputPort(port).Eval(context).copy()

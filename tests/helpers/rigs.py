@@ -24,9 +24,9 @@ from geoimp_drake.controllers.config import (
 )
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
 
 K_P = np.array([[900.0, 150.0, 0.0], [150.0, 700.0, 80.0], [0.0, 80.0, 1100.0]])
 K_O = np.diag([12.0, 8.0, 10.0])

@@ -16,12 +16,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
-from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensorConfig,
 )
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
 
 # Frames: M the mount (held in W), S the sensor, T the tool's first body, E the end effector.
 X_MT = RigidTransform(RollPitchYaw(0.3, -0.2, 0.5), [0.02, 0.01, 0.06])

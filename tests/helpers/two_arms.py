@@ -25,6 +25,7 @@ from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
 # Denavit-Hartenberg angles that hold a bar in front of the arm, from its table of postures [deg].
 POSTURE = dh_to_joint(np.deg2rad([8.82, 54.84, -47.57, 8.89, 82.81, 178.88]))
 TRACK = 0.05  # [m]
+FORMS = ("compiled", "blocks")  # of the controller
 MODELS = {6: ("six_joint_arm.urdf", "base"), 7: ("seven_joint_arm.urdf", "rail")}
 # The first faces +y, the second −y.
 BASES = (

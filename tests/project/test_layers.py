@@ -9,7 +9,8 @@ from library_tree import MODULES, imported_modules, imported_names, parsed
 # Known to all; they know no Drake.
 FOUNDATIONS = {"compilation", "errors", "typing", "validation"}
 LAWS = FOUNDATIONS | {"rotations", "laws"}
-SYSTEMS = LAWS | {"arm", "task_functions", "systems"}
+PARTS = LAWS | {"arm", "task_functions", "parts"}
+SYSTEMS = PARTS | {"systems"}
 ASSEMBLY = SYSTEMS | {"controllers"}
 RUNNING = ASSEMBLY | {"motion_program", "robot_files", "scenario", "simulation", "campaigns"}
 
@@ -24,6 +25,7 @@ ALLOWED = {
     "arm": LAWS | {"arm"},
     # A task function reads the arm's state.
     "task_functions": LAWS | {"arm", "task_functions"},
+    "parts": PARTS,
     "systems": SYSTEMS,
     "controllers": ASSEMBLY,
     # Set-points alone: what follows them is a system.
@@ -31,12 +33,12 @@ ALLOWED = {
     "robot_files": SYSTEMS | {"controllers", "robot_files"},
     "scenario": FOUNDATIONS | {"scenario"},
     # Nothing in it computes a control law, and it knows no particular experiment.
-    "simulation": FOUNDATIONS | {"arm", "scenario", "simulation", "systems"},
+    "simulation": FOUNDATIONS | {"arm", "parts", "scenario", "simulation", "systems"},
     "campaigns": FOUNDATIONS | {"campaigns", "scenario", "simulation"},
     "__init__": ASSEMBLY | {"robot_files", "simulation"},
     "models": FOUNDATIONS | {"models"},
     "diagrams": RUNNING | {"models", "diagrams"},
-    "cli": RUNNING | {"__init__", "diagrams"},
+    "cli": RUNNING | {"__init__", "cli", "diagrams"},
 }
 WITHOUT_DRAKE = LAWS - {"compilation"}  # which is there to know numba
 
@@ -74,6 +76,13 @@ def test_modules_form_no_circle():
 @pytest.mark.parametrize("module", [m for m in MODULES if part_of(m) in WITHOUT_DRAKE])
 def test_rotations_and_laws_know_numpy_alone(module):
     assert roots(module) - sys.stdlib_module_names <= {"numpy", "geoimp_drake"}
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if part_of(m) == "parts"])
+def test_parts_know_no_drake_systems(module):
+    assert not any(
+        m.startswith("pydrake.systems") for m in imported_modules(parsed(MODULES[module]))
+    )
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -25,6 +25,7 @@ PYTHONS = ("3.11", "3.12")
 # Imported where numba is installed, which the extra `fast` brings.
 WITH_NUMBA = {
     "geoimp_drake.compilation.machine_code",
+    "geoimp_drake.compilation.small_array_operations",
     "geoimp_drake.compilation.small_array_type",
 }
 NO_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")

@@ -68,7 +68,7 @@ def test_wrapped_difference_is_small_across_the_jump_of_an_angle():
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_singularity_is_reported_with_its_figure(sign):
+def test_singularity_is_reported_with_its_number(sign):
     euler.check_regular(np.array([0.2, sign * (np.pi / 2 - 1.1e-3), 0.4]))
     with pytest.raises(SingularityError, match=r"D in W.*\|cos pitch\| is 0\.0009,"):
         euler.check_regular(np.array([0.2, sign * (np.pi / 2 - 9e-4), 0.4]), "D in W")

@@ -4,6 +4,7 @@ import dataclasses
 import json
 
 import pytest
+from pydrake.systems.framework import Diagram
 
 from geoimp_drake import cli
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
@@ -17,24 +18,36 @@ from geoimp_drake.simulation.bench import (
     time_experiment,
 )
 
-TIMING = Timing("single_free", step=1e-3, loop=(500.0,), logged=(800.0,), bare=(50.0,))
+TIMING = Timing(
+    "single_free",
+    step=1e-3,
+    loop=(500.0,),
+    logged=(800.0,),
+    bare=(50.0,),
+    blocks=(600.0,),
+    blocks_logged=(1000.0,),
+)
 
 
-def test_ratio_and_real_time_factor_are_those_of_the_figures():
-    assert TIMING.ratio == pytest.approx(10.0)
-    assert TIMING.real_time_factor == pytest.approx(1.25)
+def test_ratio_and_real_time_factor_are_those_of_the_timings():
+    assert TIMING.ratio() == pytest.approx(10.0)
+    assert TIMING.ratio("blocks", "loop") == pytest.approx(1.2)
+    assert TIMING.real_time_factor() == pytest.approx(1.25)
+    assert TIMING.real_time_factor("blocks_logged") == pytest.approx(1.0)
 
 
 def test_a_ratio_is_of_windows_side_by_side():
     # In the second round the machine is half as fast, in the third something else disturbs.
-    rounds = dataclasses.replace(TIMING, loop=(500.0, 1000.0, 900.0), bare=(50.0, 100.0, 50.0))
-    assert rounds.ratio == 10.0
+    bare = (50.0, 100.0, 50.0)
+    rounds = dataclasses.replace(TIMING, loop=(500.0, 1000.0, 900.0), bare=bare, blocks=bare)
+    assert rounds.ratio() == 10.0
     assert "10.0" in format_timings([rounds])
 
 
 def test_the_table_shows_them():
     row = format_timings([TIMING]).splitlines()[1]
-    assert row.split() == ["single_free", "50", "µs", "500", "µs", "10.0", "1.25", "×"]
+    compiled, blocks = ["500", "µs", "10.0", "1.25", "×"], ["600", "µs", "12.0", "1.00", "×"]
+    assert row.split() == ["single_free", "50", "µs", *compiled, *blocks]
 
 
 def test_an_experiment_is_timed_from_a_given_time_on(monkeypatch):
@@ -42,21 +55,26 @@ def test_an_experiment_is_timed_from_a_given_time_on(monkeypatch):
     monkeypatch.setattr(bench, "_WINDOW", 0.01)
     timing = time_experiment(get_experiment("plexiglas"), "start", 0.02)
     assert timing.step == 1e-3
-    for windows in (timing.loop, timing.logged, timing.bare, timing.drake):
+    loops = timing.loop, timing.logged, timing.blocks, timing.blocks_logged
+    for windows in (*loops, timing.bare, timing.drake):
         assert len(windows) == 1
         assert windows[0] > 0.0
 
 
-def test_the_ratio_is_of_a_loop_without_a_log(monkeypatch):
+def test_both_forms_are_timed_with_and_without_a_log(monkeypatch):
     def advance(simulator):
-        return lambda: simulator.get_system().HasSubsystemNamed("log")
+        diagram = simulator.get_system()
+        (controller,) = (s for s in diagram.GetSystems() if s.HasOutputPort("compliant_motion"))
+        is_logged, is_blocks = diagram.HasSubsystemNamed("log"), isinstance(controller, Diagram)
+        return lambda: 1.0 + is_logged + 2.0 * is_blocks
 
     monkeypatch.setattr(bench, "_WINDOWS", 1)
     monkeypatch.setattr(bench, "_advance", advance)
-    monkeypatch.setattr(bench, "_timed", lambda run: 2.0 if run() else 1.0)
+    monkeypatch.setattr(bench, "_timed", lambda run: run() or 1.0)
     timing = time_experiment(get_experiment("plexiglas"), "start", 0.01)
-    assert timing.logged[0] == 2.0 * timing.loop[0]
-    assert timing.ratio == 1.0
+    loops = timing.loop, timing.logged, timing.blocks, timing.blocks_logged
+    assert [loop[0] / timing.loop[0] for loop in loops] == [1.0, 2.0, 3.0, 4.0]
+    assert timing.ratio() == 1.0
 
 
 def test_a_loop_without_a_log_has_none_of_its_systems():
@@ -98,7 +116,7 @@ def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatc
         bench,
         "time_experiment",
         lambda experiment, name, start: dataclasses.replace(
-            TIMING, name=name, loop=(10.0 * start,)
+            TIMING, name=name, loop=(10.0 * start,), blocks=(20.0 * start,)
         ),
     )
     redundancy = get_experiment("redundancy")
@@ -110,11 +128,13 @@ def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatc
     bench.run_bench(cases, file)
     data = json.loads(file.read_text())
     assert data["ratios"] == {"single_free": 0.2, "redundant_free": 7.0}
-    assert set(data["real_time_factor"]) == {"redundancy"}
+    assert data["ratios_blocks"] == {"single_free": 0.4, "redundant_free": 14.0}
+    assert data["real_time_factor"] == {"redundancy": 1.25}
+    assert data["real_time_factor_blocks"] == {"redundancy": 1.0}
     assert data["microseconds_per_step"]["single_free"]["drake"] is None
 
 
-def test_the_command_writes_its_figures_as_json_and_compares_them(monkeypatch, tmp_path, capsys):
+def test_the_command_writes_its_timings_as_json_and_compares_them(monkeypatch, tmp_path, capsys):
     def timing(experiment, name, start):
         return dataclasses.replace(TIMING, name=name)
 
@@ -146,4 +166,4 @@ def test_a_file_to_compare_with_that_is_none_is_refused(text, tmp_path, capsys):
     file = tmp_path / "bench.json"
     file.write_text(text)
     assert cli.main(["bench", "--compare", str(file)]) == 2
-    assert "does not hold the figures" in capsys.readouterr().err
+    assert "does not hold the timings" in capsys.readouterr().err

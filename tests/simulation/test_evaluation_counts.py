@@ -1,4 +1,4 @@
-"""How often laws, arm and ports are evaluated in a step: counted, so that no test is timed."""
+"""How often systems, laws and ports are evaluated in a step: counted, so that no test is timed."""
 
 from collections import Counter
 
@@ -6,88 +6,38 @@ import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import InputPort, OutputPort
 
+from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-from geoimp_drake.systems.arm import arm_model, redundancy_resolver
-from geoimp_drake.systems.arm.arm_control import ArmControl
-from geoimp_drake.systems.arm.arm_model import ArmModel
-from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
-from geoimp_drake.systems.arm.motion_controller import MotionController
-from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
-from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensing import WristSensing
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.systems import part_system
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 
-# What each system's callbacks are called, of the blocks and of the systems that take their place.
-LAWS: dict[type, tuple[str, ...]] = {
-    ArmControl: ("_calc_torque", "_calc_measured_motion", "_next_reading", "_compare_with_limits"),
-    ArmModel: ("_calc_arm", "_calc_motion"),
-    DesiredMotion: ("_calc_motion",),
-    ForceTorqueSensors: ("_sample",),
-    WristSensing: ("sample", "true_wrench"),
-    ImpedanceIntegrator: (
-        "_write_motion",
-        "_calc_motion",
-        "DoCalcTimeDerivatives",
-        "_calc_energy",
-    ),
-    InverseDynamicsInnerLoop: ("_calc_torque", "_compare_with_limits"),
-    MotionController: ("_calc_acceleration",),
-    CooperativeControl: (
-        "_find",
-        "_calc_found",
-        "_calc_torque",
-        "_compare_with_limits",
-        "_hold_motions",
-        "_sample",
-        "_start_or_normalize",
-        "DoCalcTimeDerivatives",
-    ),
-    RedundancyResolver: ("_calc_six", "_calc_redundant", "_calc_internal", "_report_six"),
-    VelocityEstimator: ("_next_reading",),
-}
-# In one step. The impedance's law is evaluated twice: for the torque (the event that normalizes the
-# state and the sensor's load take what the torque has evaluated), and, with the new wrench, for
-# the integrator's step; for that no output port or cache entry is evaluated.
-SOURCES = {
-    "DesiredMotion._calc_motion": 1,
-    "ForceTorqueSensors._sample": 1,
-    "WristSensing.sample": 1,
-}
-IMPEDANCE = {
-    "ImpedanceIntegrator._write_motion": 2,
-    "ImpedanceIntegrator._calc_motion": 1,
-    "ImpedanceIntegrator.DoCalcTimeDerivatives": 1,
-}
-FUSED = {
-    "ArmControl._calc_torque": 1,
-    "ArmControl._next_reading": 1,
-    "ArmControl._compare_with_limits": 1,
+pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
+
+# Calls from Drake into each system in a step. The whole controller: its step begins, it is sampled,
+# what it finds, its torques and its derivatives are evaluated; the impedance's law twice, for the
+# torques and, with the new wrench, for the integrator's step.
+COMPILED = {
+    "plexiglas": {"six_impedance_controller": 5},
+    "redundancy": {"seven_impedance_controller": 5},
+    "bar": {"seven_six_cooperative_controller": 6},  # torques of two arms
 }
 BLOCKS = {
-    "ArmModel._calc_arm": 1,
-    "InverseDynamicsInnerLoop._calc_torque": 1,
-    "InverseDynamicsInnerLoop._compare_with_limits": 1,
-    "MotionController._calc_acceleration": 1,
-    "VelocityEstimator._next_reading": 1,
+    "impedance": 3,  # its step, its motion, its derivatives
+    "joint_readings": 2,  # a sample and what it says
+    "motion_control": 1,
+    "redundancy": 1,
+    "inverse_dynamics": 2,  # torques, and their limits
+    "wrist_sensors": 3,  # a sample, what it says, and the motion that the step follows
 }
-SIX = {"RedundancyResolver._calc_six": 1}
-SEVEN = {"RedundancyResolver._calc_redundant": 1, "RedundancyResolver._calc_internal": 1}
-# Both arms, and what their object needs.
-BAR = {
-    "CooperativeControl._find": 2,
-    "CooperativeControl._calc_found": 1,
-    "CooperativeControl._calc_torque": 2,  # one for each arm
-    "CooperativeControl._compare_with_limits": 1,
-    "CooperativeControl._hold_motions": 1,
-    "CooperativeControl._sample": 1,
-    "CooperativeControl._start_or_normalize": 1,
-    "CooperativeControl.DoCalcTimeDerivatives": 1,
-    "DesiredMotion._calc_motion": 1,
-    "WristSensing.sample": 2,
+PORTS = {
+    ("plexiglas", "compiled"): 6,
+    ("redundancy", "compiled"): 6,
+    ("bar", "compiled"): 8,
+    ("plexiglas", "blocks"): 18,
+    ("redundancy", "blocks"): 19,
 }
 
 
@@ -101,63 +51,61 @@ def counted(monkeypatch, owner: object, method: str, name: str, calls: Counter) 
     monkeypatch.setattr(owner, method, counting)
 
 
-def calls_per_step(monkeypatch, experiment: str, fused: bool = True) -> dict[str, float]:
+def calls_per_step(monkeypatch, experiment: str, form: str) -> dict[str, float]:
     """Returns what is called in a step of an experiment in free motion, logging off."""
     calls: Counter = Counter()
-    for system, methods in LAWS.items():
-        for method in methods:
-            counted(monkeypatch, system, method, f"{system.__name__}.{method}", calls)
-    counted(monkeypatch, arm_model, "evaluate_arm", "arms", calls)
-    counted(monkeypatch, redundancy_resolver, "evaluate_internal_motion", "internal", calls)
-    for port in (InputPort, OutputPort):
-        counted(monkeypatch, port, "Eval", "ports", calls)
+    entered = part_system._At.__init__
+
+    def entering(self, system, context) -> None:
+        calls[system.get_name()] += 1
+        entered(self, system, context)
+
+    monkeypatch.setattr(part_system._At, "__init__", entering)
+    for owner, method, name in (
+        (ChainDynamics, "evaluate", "arms"),
+        (Impedance, "write_motion", "impedances"),
+        (InnerLoop, "write_torque", "torques"),
+        (DesiredMotion, "_calc_motion", "steps"),
+        (InputPort, "Eval", "ports"),
+        (OutputPort, "Eval", "ports"),
+    ):
+        counted(monkeypatch, owner, method, name, calls)
     chosen = get_experiment(experiment)
-    settings = (f"form={'compiled' if fused else 'blocks'}",)
-    setup = chosen.build(chosen.scenario((), settings), logged=False)
+    setup = chosen.build(chosen.scenario((), (f"form={form}",)), logged=False)
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)
     simulator.AdvanceTo(0.01)
     calls.clear()
     simulator.AdvanceTo(0.06)
-    steps = calls["DesiredMotion._calc_motion"]
+    steps = calls.pop("steps")
     assert 50 <= steps <= 51  # times are sums of rounded steps
     return {name: count / steps for name, count in calls.items()}
 
 
-needs_numba = pytest.mark.skipif(not is_available(), reason="numba is not installed")
+@pytest.mark.parametrize("experiment", ["plexiglas", "redundancy"])
+def test_evaluations_in_a_step_of_one_system(monkeypatch, experiment) -> None:
+    calls = calls_per_step(monkeypatch, experiment, "compiled")
+    assert calls.pop("ports") == PORTS[experiment, "compiled"]
+    assert calls == {**COMPILED[experiment], "impedances": 2, "torques": 1}
 
 
-@needs_numba
-@pytest.mark.parametrize(("experiment", "ports"), [("plexiglas", 12), ("redundancy", 12)])
-def test_evaluations_in_a_step(monkeypatch, experiment, ports) -> None:
-    calls = calls_per_step(monkeypatch, experiment)
-    assert calls.pop("ports") == ports
-    assert calls == {**SOURCES, **IMPEDANCE, **FUSED}
+def test_evaluations_in_a_step_of_two_arms_as_one_system(monkeypatch) -> None:
+    calls = calls_per_step(monkeypatch, "bar", "compiled")
+    assert calls.pop("ports") == PORTS["bar", "compiled"]
+    assert calls == {**COMPILED["bar"], "torques": 2}
 
 
-@needs_numba
-def test_evaluations_in_a_step_of_two_arms(monkeypatch) -> None:
-    calls = calls_per_step(monkeypatch, "bar")
-    assert calls.pop("ports") == 8
-    assert calls == BAR
+@pytest.mark.parametrize("experiment", ["plexiglas", "redundancy"])
+def test_evaluations_in_a_step_of_blocks(monkeypatch, experiment) -> None:
+    calls = calls_per_step(monkeypatch, experiment, "blocks")
+    assert calls.pop("ports") == PORTS[experiment, "blocks"]
+    assert calls == {**BLOCKS, "impedances": 2, "arms": 1}
 
 
-@pytest.mark.parametrize(
-    ("experiment", "own", "internal", "ports"),
-    [("plexiglas", SIX, 0, 18), ("redundancy", SEVEN, 1, 19)],
-)
-def test_evaluations_of_separate_blocks(monkeypatch, experiment, own, internal, ports) -> None:
-    calls = calls_per_step(monkeypatch, experiment, fused=False)
-    assert calls.pop("arms") == 1
-    assert calls.pop("internal", 0) == internal
-    assert calls.pop("ports") == ports
-    assert calls == {**SOURCES, **IMPEDANCE, **BLOCKS, **own}
-
-
-def test_either_of_two_arms_is_evaluated_once_in_a_step(monkeypatch) -> None:
-    calls = calls_per_step(monkeypatch, "bar", fused=False)
+def test_either_of_two_arms_is_evaluated_once_in_a_step_of_blocks(monkeypatch) -> None:
+    calls = calls_per_step(monkeypatch, "bar", "blocks")
     assert calls["arms"] == 2
-    assert calls["internal"] == 1
-    assert calls["MotionController._calc_acceleration"] == 2
     # Of the object and of the grasp, as often as for one arm.
-    assert calls["ImpedanceIntegrator._write_motion"] == 4
+    assert calls["impedances"] == 4
+    for name in ("joint_readings", "motion_control", "redundancy", "inverse_dynamics"):
+        assert calls[name] == 2 * BLOCKS[name]

@@ -1,13 +1,24 @@
 """What one can do while a run goes on: stiffness without a jump, a push, a pause."""
 
+import asyncio
+import logging
+
+import msgpack
 import numpy as np
+import psutil
 import pytest
+from library_tree import ROOT
+from listening import listening
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from tornado.websocket import websocket_connect
 
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.simulation import experiment as experiments
 from geoimp_drake.simulation.live import (
     INJECTED,
     PAUSE,
@@ -18,9 +29,8 @@ from geoimp_drake.simulation.live import (
     StiffnessSliders,
     pause_button,
 )
-from geoimp_drake.simulation.replay import start_meshcat
+from geoimp_drake.simulation.replay import start_meshcat, stop_listening, write_replay
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy
 
 LAG = 0.3
 
@@ -111,6 +121,116 @@ def test_a_pause_waits_until_the_next_click(monkeypatch):
     monkeypatch.setattr("geoimp_drake.simulation.live.time.sleep", nap)
     assert wait()
     assert len(naps) == 3
+
+
+VIEW = ((2.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+
+
+def send(meshcat, slider: str, value: object) -> None:
+    """Sends what a page would send for a slider, and waits until Drake has taken it."""
+
+    async def sent() -> None:
+        page = await websocket_connect(meshcat.ws_url())
+        message = {"type": "slider", "name": slider, "value": value}
+        await page.write_message(msgpack.packb(message), binary=True)
+        while not np.array_equal(meshcat.GetSliderValue(slider), value, equal_nan=True):
+            await asyncio.sleep(0.01)
+        page.close()
+        while await page.read_message() is not None:
+            pass
+
+    asyncio.run(asyncio.wait_for(sent(), 10))
+
+
+@pytest.mark.parametrize(
+    ("value", "followed"),
+    [(1e9, 4.0), (-1e9, 0.25), (np.inf, 4.0), (-np.inf, 0.25), (np.nan, 2.0), (3.0, 3.0)],
+)
+@pytest.mark.parametrize("slider", [TRANSLATION, ROTATION])
+def test_a_page_moves_the_stiffness_within_the_range_of_its_slider_only(slider, value, followed):
+    meshcat = start_meshcat(*VIEW)
+    builder = DiagramBuilder()
+    sliders = builder.AddSystem(StiffnessSliders(meshcat))
+    source = builder.AddSystem(ConstantVectorSource(energy(3.0, 0.5)))
+    builder.Connect(source.get_output_port(), sliders.GetInputPort("energy"))
+    log = LogVectorOutput(sliders.GetOutputPort("stiffness_scale"), builder, 0.01)
+    simulator = Simulator(builder.Build())
+    steps = SimulatorConfig(
+        integration_scheme="runge_kutta2", max_step_size=0.01, use_error_control=False
+    )
+    ApplySimulatorConfig(steps, simulator)
+    send(meshcat, slider, 2.0)
+    simulator.AdvanceTo(3.0)
+    send(meshcat, slider, value)
+    simulator.AdvanceTo(7.0)
+    scale = log.FindLog(simulator.get_context()).data()
+    assert scale.min() >= 0.25
+    assert scale.max() <= 4.0
+    moved, left = scale[:, -1] if slider == TRANSLATION else scale[::-1, -1]
+    assert moved == pytest.approx(followed, abs=1e-3)
+    assert left == 1.0
+
+
+def here() -> set[tuple[str, int]]:
+    return listening([psutil.Process().pid])
+
+
+def test_meshcat_listens_on_loopback_only():
+    before = here()
+    meshcat = start_meshcat(*VIEW)
+    assert here() - before == {("127.0.0.1", meshcat.port())}
+
+
+def test_meshcat_listens_where_it_is_told():
+    assert start_meshcat(*VIEW, host="localhost").web_url().startswith("http://localhost:")
+
+
+def test_an_address_of_another_machine_is_refused():
+    level = logging.getLogger("drake").level
+    with pytest.raises(ConfigurationError, match=r"cannot listen at 203\.0\.113\.9: it is no addr"):
+        start_meshcat(*VIEW, host="203.0.113.9")
+    assert logging.getLogger("drake").level == level
+
+
+def test_a_replay_is_recorded_while_nothing_listens(tmp_path, monkeypatch):
+    during = []
+
+    def write(meshcat, path) -> None:
+        during.append(here())
+        write_replay(meshcat, path)
+
+    monkeypatch.setattr(experiments, "write_replay", write)
+    before = here()
+    experiment = get_experiment("plexiglas")
+    scenario = experiment.scenario((), ("duration=0.02",))
+    experiments.run_experiment(experiment, scenario, tmp_path, figures=False, html=True)
+    (listened,) = during
+    assert listened <= before  # those of other tests may be gone meanwhile
+    assert "<script" in (tmp_path / "replay.html").read_text("utf-8")
+
+
+def test_a_meshcat_that_listens_no_longer_leaves_others_alone_and_ends_well():
+    other, meshcat = start_meshcat(*VIEW), start_meshcat(*VIEW)
+    port = meshcat.port()
+    stop_listening(meshcat)
+    ports = {number for _, number in here()}
+    assert other.port() in ports
+    assert port not in ports
+    descriptors = psutil.Process().num_fds()
+    del meshcat
+    assert psutil.Process().num_fds() < descriptors
+
+
+def test_every_meshcat_is_started_in_one_place():
+    files = [
+        path
+        for folder in ("geoimp_drake", "diagrams", "notebooks", "docs")
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in {".py", ".ipynb", ".md"}
+    ]
+    starts = ("Meshcat(", "StartMeshcat")
+    found = [p for p in files if any(word in p.read_text("utf-8") for word in starts)]
+    assert found == [ROOT / "geoimp_drake" / "simulation" / "replay.py"]
 
 
 @pytest.mark.parametrize("name", ["plexiglas", "consistency", "peg_in_hole", "bar"])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from browser import Visit, visit
+from listening import listening
 
 from geoimp_drake.simulation.live import INJECTED, PAUSE, PUSH, ROTATION, TRANSLATION
 
@@ -43,7 +44,9 @@ def open_controls(visited: Visit) -> None:
 def test_the_page_has_its_controls_and_the_push_is_in_the_log(tmp_path):
     run = start(tmp_path / "out")
     try:
-        with visit(address(run)) as visited:
+        url = address(run)
+        assert listening([run.pid]) == {("127.0.0.1", int(url.rpartition(":")[2]))}
+        with visit(url) as visited:
             open_controls(visited)
             shown = visited.page.inner_text("body")
             for name in (TRANSLATION, ROTATION, INJECTED, PUSH, PAUSE):

@@ -21,6 +21,7 @@ from pydrake.systems.analysis import Simulator
 
 from geoimp_drake.errors import ConfigurationError, OutOfDomainError, SignalError
 from geoimp_drake.laws.impedance.families import FAMILIES, make_family
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import (
     ACCELERATION,
@@ -32,7 +33,7 @@ from geoimp_drake.systems.frame_motion import (
     VELOCITY,
     frame_motion_at_rest,
 )
-from geoimp_drake.systems.impedance_integrator import ImpedanceEnergy, ImpedanceIntegrator
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 WRENCH = np.array([0.8, -1.2, 0.5, 20.0, -35.0, 15.0])

@@ -20,51 +20,44 @@ from pydrake.trajectories import PiecewisePolynomial
 import geoimp_drake
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.kinematic_tree import path_to
-from geoimp_drake.controllers.config import MotionConfig, RedundancyConfig, SamplingConfig
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
-from geoimp_drake.controllers.inner_loop import arm_blocks
-from geoimp_drake.controllers.object_loop import object_blocks
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.models import package_map
+from geoimp_drake.parts.impedance_controller import ImpedanceController
+from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.parts.two_arms import TwoArms
+from geoimp_drake.parts.wrist_sensor_config import (
+    SensorMounting,
+    ToolLoad,
+    WristSensor,
+    WristSensorConfig,
+)
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
-from geoimp_drake.systems.arm.arm_control import ArmControl
 from geoimp_drake.systems.arm.arm_model import ArmModel
 from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialController,
     make_industrial_controller,
 )
 from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
-from geoimp_drake.systems.arm.velocity_estimator import VelocityEstimator
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.cooperation.cooperative_control import CooperativeControl
 from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
 )
 from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor
-from geoimp_drake.systems.cooperation.internal_impedance import (
-    InternalImpedance,
-    InternalImpedanceConfig,
-)
-from geoimp_drake.systems.cooperation.object_control import ObjectControl
-from geoimp_drake.systems.cooperation.object_control_base import ObjectControlBase
+from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedance
 from geoimp_drake.systems.cooperation.reference_hold import ReferenceHold
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
-from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
+from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
-    SensorMounting,
-    ToolLoad,
-    WristSensor,
-    WristSensorConfig,
-)
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 
@@ -111,26 +104,9 @@ def industrial_controller() -> IndustrialController:
     return make_industrial_controller(*six_joint_plant(), PiecewisePolynomial(np.zeros(6)))
 
 
-def arm_control() -> ArmControl:
-    model = six_joint_model()
-    return ArmControl(arm_blocks(model, MotionConfig(), SamplingConfig(), RedundancyConfig()))
-
-
-def object_control() -> ObjectControl:
-    return ObjectControl(object_blocks(CooperativeControllerConfig(), np.zeros(3)))
-
-
-def cooperative_control() -> CooperativeControl:
-    settings = MotionConfig(), SamplingConfig(), RedundancyConfig()
-    arms = [arm_blocks(six_joint_model(), *settings) for _ in range(2)]
-    return CooperativeControl(object_blocks(CooperativeControllerConfig(), np.zeros(3)), arms)
-
-
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
-    ArmControl: (arm_control, 6),
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
-    CooperativeControl: (cooperative_control, 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
@@ -141,14 +117,13 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
     IndustrialController: (industrial_controller, 6),
-    InternalImpedance: (lambda: InternalImpedanceConfig().make(), 0),
+    InternalImpedance: (lambda: InternalImpedance.of(InternalImpedanceConfig().make()), 0),
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
-    ObjectControl: (object_control, 0),
     LastMotion: (LastMotion, 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
-    VelocityEstimator: (lambda: VelocityEstimator(9), 9),
+    JointReadings: (lambda: JointReadings(9), 9),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),
     FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
@@ -208,7 +183,7 @@ def with_numbers(ports: list[Port], n: int) -> list[tuple[str, str, int | None]]
 
 
 def test_every_leaf_system_of_the_package_has_a_case_here() -> None:
-    names = {kind.__name__ for kind in leaf_systems() - {Block, ObjectControlBase}}
+    names = {kind.__name__ for kind in leaf_systems() - {Block, PartSystem, FlowingPartSystem}}
     assert names == {kind.__name__ for kind in CASES}
     assert "geoimp_drake.simulation.visualization" in modules()
 
@@ -221,13 +196,19 @@ def test_ports_block_names_the_ports_that_there_are(kind: type[LeafSystem]) -> N
     assert with_numbers(documented_ports(kind.__doc__), n) == real_ports(make())
 
 
-def test_ports_of_the_controller_are_those_of_its_docstring() -> None:
-    controller = make_impedance_controller(*six_joint_plant())
-    documented = documented_ports(make_impedance_controller.__doc__ or "")
-    assert with_numbers(documented, 6) == real_ports(controller)
+FORMS = ("blocks", "compiled")
 
 
-def test_ports_of_the_cooperative_controller_are_those_of_its_docstring() -> None:
+@pytest.mark.parametrize("form", FORMS)
+def test_ports_of_the_controller_are_those_of_its_docstring(form: str) -> None:
+    controller = make_impedance_controller(*six_joint_plant(), ImpedanceControllerConfig(form=form))
+    for described in (make_impedance_controller, ImpedanceController):
+        documented = with_numbers(documented_ports(described.__doc__ or ""), 6)
+        assert sorted(documented, key=str) == sorted(real_ports(controller), key=str)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_ports_of_the_cooperative_controller_are_those_of_its_docstring(form: str) -> None:
     plant = MultibodyPlant(1e-3)
     arms = []
     for name, x in (("first", 0.0), ("second", 2.0)):
@@ -239,9 +220,11 @@ def test_ports_of_the_cooperative_controller_are_those_of_its_docstring() -> Non
         arms.append(arm)
     plant.Finalize()
     hands = [plant.GetFrameByName(FLANGE, arm) for arm in arms]
-    documented = documented_ports(make_cooperative_controller.__doc__ or "")
-    real = real_ports(make_cooperative_controller(plant, arms, hands))
-    assert with_numbers(documented, 6) == real
+    config = CooperativeControllerConfig(form=form)
+    real = real_ports(make_cooperative_controller(plant, arms, hands, config))
+    for described in (make_cooperative_controller, TwoArms):
+        documented = with_numbers(documented_ports(described.__doc__ or ""), 6)
+        assert sorted(documented, key=str) == sorted(real, key=str)
 
 
 @pytest.mark.parametrize(
@@ -258,8 +241,8 @@ def test_reading_of_a_ports_block(text: str, expected: list) -> None:
 
 
 def test_a_port_that_is_missing_misnamed_or_of_another_size_is_found() -> None:
-    right = documented_ports(VelocityEstimator.__doc__ or "")
-    real = real_ports(VelocityEstimator(9))
+    right = documented_ports(JointReadings.__doc__ or "")
+    real = real_ports(JointReadings(9))
     assert with_numbers(right, 9) == real
     for wrong in (
         right[:-1],

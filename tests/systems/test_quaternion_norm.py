@@ -15,6 +15,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
+from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.laws.impedance.families import QuaternionImpedance
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 
@@ -24,11 +25,15 @@ RATES = [0.9, 1.7, 0.4, 0.0, 0.0, 0.0]
 DRAG, INERTIA = 4.0, 0.4  # [Nms/rad], [kg m²]
 
 
+@compilable
+def drag(Q_WD, w_WD, dw_WD, Q_WC, w_WC, mu_W, M_inv, D_o, K_o):
+    return (DRAG * (w_WD - w_WC) - mu_W) / INERTIA
+
+
 class Drag(QuaternionImpedance):
     """A mass in a fluid that turns with D: cheap to evaluate, and C never comes to rest."""
 
-    def angular_acceleration(self, Q_WD, w_WD, dw_WD, Q_WC, w_WC, mu_W):
-        return (DRAG * (w_WD - w_WC) - mu_W) / INERTIA
+    law = staticmethod(drag)
 
 
 def turning_impedance(rotation) -> tuple[Simulator, Context]:

@@ -1,4 +1,4 @@
-"""Where the object is that two hands hold: halfway between them.
+"""The pose of an object that two hands hold: halfway between them.
 
 Frames: O the object; 1 and 2 the end effectors.
 """

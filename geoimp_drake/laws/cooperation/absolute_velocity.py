@@ -1,4 +1,4 @@
-"""How the object moves that two hands hold."""
+"""The velocity of an object that two hands hold."""
 
 import numpy as np
 

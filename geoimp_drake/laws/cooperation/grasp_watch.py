@@ -1,4 +1,4 @@
-"""When a hand's wrench says that its grasp has opened: how large it is, and since when."""
+"""Detects from a hand's wrench that its grasp has opened."""
 
 import math
 
@@ -13,7 +13,7 @@ __all__ = ["watch_grasps", "wrench_size"]
 
 @compilable
 def wrench_size(h: Array, force_threshold: float, moment_threshold: float) -> float:
-    """Returns s = max(‖f‖/f_t, ‖μ‖/μ_t) of a wrench h = [μ; f] (6,); below 1 it is nothing.
+    """Returns s = max(‖f‖/f_t, ‖μ‖/μ_t) of a wrench h = [μ; f] (6,); below 1 the hand is empty.
 
     Args:
         h: wrench (6,) [Nm, N].
@@ -40,8 +40,8 @@ def watch_grasps(
 ) -> bool:
     """Writes how long each hand has been empty and whether its grasp has opened; floats only.
 
-    It has if its wrench fell from `loaded` to below 1 within the fall time and has stayed there for
-    the dwell. Says whether it could: the wrenches must be finite.
+    A grasp has opened if the size of its wrench fell from `loaded` to below 1 within the fall time
+    and has stayed there for the dwell. Returns False if a wrench is not finite.
 
     Args:
         h_1: wrench of the first hand (6,) [Nm, N].

@@ -24,7 +24,7 @@ SMALLEST_ETA = -0.999
 def half_rotation(Q: Array) -> Array:
     """(4.4), (4.12) {cos(ϑ/4), sin(ϑ/4) r} (4,) of Q = {cos(ϑ/2), sin(ϑ/2) r}, 0 ≤ ϑ < 2π.
 
-    Not defined at ϑ = 2π: call `check_half_defined` where it may come near.
+    Not defined at ϑ = 2π: call `check_half_defined` where ϑ may come near.
     """
     w, x, y, z = wxyz(Q)
     k = 1.0 / np.sqrt(2.0 + 2.0 * w)

@@ -40,7 +40,7 @@ def held_object_motion(first: Array, second: Array, nearby: Array, motions: Arra
     Args:
         first: motion of the first hand (19,), in W.
         second: the same of the second (19,).
-        nearby: of ±¹Q_21 the nearer to it is taken (4,).
+        nearby: quaternion (4,); of ±¹Q_21 the one nearer to it is used.
         motions: where to write.
     """
     first, second = sized(first, FRAME_MOTION_SIZE), sized(second, FRAME_MOTION_SIZE)

@@ -1,8 +1,8 @@
-"""Where the second hand is from the first.
+"""The pose of the second hand relative to the first.
 
 Frames: 1 and 2 the end effectors, any frames fixed in the hands. Q and −Q are the same rotation,
-but O lies half of it away from the first hand, and their halves differ by a whole turn's half. So
-the sign is chosen once, and from then on is the one nearest to that choice: with hands that face
+but O is half of it away from the first hand, and the halves of Q and −Q differ by half a turn. So
+the sign is chosen once, and from then on it is the one nearest to that choice: with hands that face
 each other, ϑ_21 = π, the axis ¹r_21 of the positive sign would flip with the slightest noise.
 """
 
@@ -42,7 +42,7 @@ def mutual_orientation(Q_W1: Array, Q_W2: Array, nearby: Array) -> Array:
     Args:
         Q_W1: orientation of the first hand (4,).
         Q_W2: orientation of the second hand (4,).
-        nearby: ¹Q_21 at the start, or as prescribed (4,): of ±¹Q_21 the nearer to it is returned.
+        nearby: ¹Q_21 at the start, or as prescribed (4,); of ±¹Q_21 the nearer one is returned.
     """
     Q_12 = product(conjugate(Q_W1), Q_W2)
     return -Q_12 if Q_12 @ nearby < 0.0 else Q_12

@@ -1,4 +1,4 @@
-"""How the second hand moves relative to the first, in W and as the mutual pose sees it."""
+"""The velocity of the second hand relative to the first, in W and in the mutual pose's frames."""
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.rotations.so3 import cross

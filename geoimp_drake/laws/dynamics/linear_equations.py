@@ -1,7 +1,7 @@
 """The solution of a few linear equations, and the inverse of an inertia; floats only.
 
-As written they call LAPACK. Compiled they are eliminated here: for six or seven equations numba's
-way to LAPACK takes longer to compile than the laws that need it, and longer to run.
+Uncompiled, they call LAPACK. Compiled, they use the elimination below: for six or seven equations
+numba's way to LAPACK takes longer to compile than the laws that need it, and longer to run.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ __all__ = ["inverse", "solution"]
 
 @compilable
 def _eliminate(A: Array, B: Array, exchanges_rows: bool) -> None:
-    """Turns A into an upper triangle and B into A⁻¹B in their place, after Gauss."""
+    """Gaussian elimination in place: A becomes upper triangular, and B becomes A⁻¹B."""
     n, columns = B.shape
     for k in range(n):
         pivot = k

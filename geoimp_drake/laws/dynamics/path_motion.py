@@ -1,4 +1,4 @@
-"""Where a frame is and how it moves, from what the joints between it and the world do.
+"""Pose and motion of a frame from those of the joints between it and the world.
 
 Along the path the motion of a point P fixed in one body becomes that of a point Q fixed in the
 next: with r from P to Q, and for a joint with axis a,

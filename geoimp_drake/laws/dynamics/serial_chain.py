@@ -174,7 +174,7 @@ def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
 
 @compilable
 def _felt(s: Array, forces: Array) -> Array:
-    """Returns what each joint feels of the forces (n, 6) on the links from it outwards (n,)."""
+    """Returns the force at each joint (n,) from the forces (n, 6) on the links from it outwards."""
     felt, total = np.empty(len(s)), sized(_ZEROS[:6], 6)
     for j in range(len(s) - 1, -1, -1):
         total = total + sized(forces[j], 6)

@@ -32,7 +32,7 @@ _DIVERGED = 1e6
 
 @compilable
 def has_diverged(state: Array) -> bool:
-    """Whether an entry of the state of C (13,) is beyond all reason, or NaN; floats only."""
+    """Whether an entry of the state of C (13,) is implausibly large, or NaN; floats only."""
     within = True
     for entry in state:
         within = within and abs(entry) < _DIVERGED
@@ -72,7 +72,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         parts: Array,
         motion: Array,
     ) -> bool:
-        """Writes the motion of C; says whether it could. Floats only.
+        """Writes the motion of C; returns False if an input is not finite. Floats only.
 
         Args:
             state: of C, a frame motion without its accelerations (13,).

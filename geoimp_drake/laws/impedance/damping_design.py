@@ -1,8 +1,8 @@
 """Damping that knows the inertia: every mode of M and K gets the same damping ratio.
 
 With M = AAᵀ and K = A Λ Aᵀ, Λ = diag(ω_i²), the motion x = A⁻ᵀξ of M ẍ + D ẋ + K x = f falls apart
-into modes ξ̈_i + 2ζω_i ξ̇_i + ω_i² ξ_i = (A⁻¹f)_i exactly if D = 2ζ A Λ^½ Aᵀ. M and K need not share
-their axes, as those of an arm, or of a tool that is longer than it is wide, seldom do. Floats only.
+into modes ξ̈_i + 2ζω_i ξ̇_i + ω_i² ξ_i = (A⁻¹f)_i exactly if D = 2ζ A Λ^½ Aᵀ. M and K do not have to
+share their axes: those of an arm, or of a tool longer than it is wide, seldom do. Floats only.
 """
 
 import numpy as np

@@ -16,6 +16,9 @@ __all__ = ["AlternativeEulerImpedance", "ClassicalEulerImpedance"]
 class _EulerImpedance(OrientationImpedance):
     """What the two Euler families share: a potential that is quadratic in their angles."""
 
+    has_domain = True
+    has_conditioning = True
+
     def elastic_moment(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.3), (3.6) K_oΔφ_dc or K_oφ_dc (3,) [Nm]."""
         return self.K_o @ self.displacement(Q_WD, Q_WC)

@@ -1,6 +1,6 @@
 """The rotational impedance on the difference of the Euler angles of D and C.
 
-It is here to be compared with: its stiffness depends on the attitude of C in W, its equations
+It is here for comparison: its stiffness depends on the attitude of C in W, its equations
 change when W is turned, and near pitch ±π/2 a moment in the null space of Tᵀ moves nothing.
 """
 

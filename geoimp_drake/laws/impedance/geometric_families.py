@@ -42,6 +42,10 @@ class _GeometricImpedance(OrientationImpedance):
         """(3.20) R_c K′_o ᶜo_dc (3,), in W [Nm]."""
         return to_rotation(Q_WC) @ self.elastic_moment(Q_WD, Q_WC)
 
+    def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
+        """One: the law has no inverse of a representation."""
+        return 1.0
+
 
 class QuaternionImpedance(_GeometricImpedance):
     """(3.30) M_o Δᶜω̇_dc + D_o Δᶜω_dc + K′_o ᶜε_dc = ᶜμ: defined at every attitude."""
@@ -60,6 +64,9 @@ class QuaternionImpedance(_GeometricImpedance):
         """(3.29) 2 ᶜεᵀK_oᶜε [J]."""
         return quaternion_impedance.potential_energy(relative(Q_WC, Q_WD), self.K_o)
 
+    def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:
+        """Refuses no attitude."""
+
 
 class AngleAxisImpedance(_GeometricImpedance):
     """(3.22) M_o Δᶜω̇_dc + D_o Δᶜω_dc + K′_o ᶜo_dc = ᶜμ: defined for |ϑ_dc| < ϑ_M of its f.
@@ -68,6 +75,8 @@ class AngleAxisImpedance(_GeometricImpedance):
         row: its function f, a row of Table 2.1.
         psi: ψ of (3.26).
     """
+
+    has_domain = True
 
     def __init__(self, row: Representation, M_o: Array, D_o: Array, K_o: Array) -> None:
         super().__init__(M_o, D_o, K_o)

@@ -1,4 +1,4 @@
-"""What every family of rotational impedances can do, whatever represents the displacement."""
+"""The interface of every family of rotational impedances, whatever represents the displacement."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -8,7 +8,7 @@ import numpy as np
 from geoimp_drake.laws.impedance import angle_axis_impedance
 from geoimp_drake.typing import Array
 
-__all__ = ["OrientationImpedance", "overrides"]
+__all__ = ["OrientationImpedance"]
 
 
 class OrientationImpedance(ABC):
@@ -25,7 +25,9 @@ class OrientationImpedance(ABC):
     Attributes:
         name: the family's name in scenarios.
         law: what `angular_acceleration` computes, as a function of the same arguments followed by
-            `M_inv`, `D_o` and `K_o`; it can be compiled.
+            `M_inv`, `D_o` and `K_o`; marked as compilable.
+        has_domain: whether there are attitudes that `check_domain` refuses.
+        has_conditioning: whether `conditioning` is ever above 1.
         M_o: inertia (3, 3) [kg m²], symmetric positive definite.
         M_inv: its inverse.
         D_o: damping (3, 3) [Nms/rad], symmetric positive definite.
@@ -34,6 +36,8 @@ class OrientationImpedance(ABC):
 
     name: str
     law: Callable[..., Array]
+    has_domain = False
+    has_conditioning = False
 
     def __init__(self, M_o: Array, D_o: Array, K_o: Array) -> None:
         self.M_o, self.D_o, self.K_o = M_o, D_o, K_o
@@ -47,7 +51,7 @@ class OrientationImpedance(ABC):
 
     @abstractmethod
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """X (3,): Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc."""
+        """The displacement x (3,): Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc."""
 
     @abstractmethod
     def dual_velocity(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> Array:
@@ -86,19 +90,15 @@ class OrientationImpedance(ABC):
         x_dot = self.dual_velocity(Q_WD, w_WD, Q_WC, w_WC)
         return np.dot(self.generalized_moment(Q_WD, Q_WC, mu_W), x_dot)
 
+    @abstractmethod
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
         """cond(T) of the Euler families, 1 for the others: the loss near a singularity."""
-        return 1.0
 
-    def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:  # noqa: B027 - most attitudes are fine
+    @abstractmethod
+    def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:
         """Refuses attitudes at which the family is not defined; the quaternion takes them all.
 
         Raises:
             SingularityError: |cos pitch| < 1e-3 in an Euler family.
             OutOfDomainError: the relative orientation has reached ϑ_M of an angle/axis family.
         """
-
-
-def overrides(family: OrientationImpedance, method: str) -> bool:
-    """Whether a family has its own version of a method that all families share."""
-    return getattr(type(family), method) is not getattr(OrientationImpedance, method)

@@ -16,7 +16,7 @@ def inverse_dynamics(
 
     Args:
         B: joint inertia (n, n), reflected rotor inertia included.
-        alpha: the acceleration that the joints shall have (n,) [rad/s², m/s²].
+        alpha: the joints' desired acceleration (n,) [rad/s², m/s²].
         Cv: Coriolis and centrifugal generalized forces C(q, q̇)q̇ (n,) [Nm, N].
         Fv: viscous friction Fq̇ (n,), with the sign of q̇.
         g: gravity's term (n,): τ = g holds the arm at rest.
@@ -44,7 +44,7 @@ def actuation(
 ) -> bool:
     """Writes τ of `inverse_dynamics` into u (n,) in the order of the actuators.
 
-    Says whether it could: α and h must be finite. `order` has the joint of each actuator (n,).
+    Returns False if α or h is not finite. `order` has the joint of each actuator (n,).
     Floats only.
     """
     tau = stored(inverse_dynamics(B, alpha, Cv, Fv, g, J, h))
@@ -57,7 +57,7 @@ def actuation(
 
 @compilable
 def peak_effort(u: Array, limits: Array, before: Array, peak: Array) -> bool:
-    """Writes the largest |u|/limit so far (n,); says whether one has passed its limit just now.
+    """Writes the largest |u|/limit so far (n,); returns whether one has just passed its limit.
 
     `before` may be `peak` itself.
     """

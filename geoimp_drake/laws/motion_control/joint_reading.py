@@ -1,4 +1,4 @@
-"""Joint readings as a laboratory takes them: velocities by differencing sampled positions."""
+"""Joint readings: sampled positions, with measured or differenced velocities."""
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.laws.frame_motion import is_finite
@@ -9,11 +9,11 @@ __all__ = ["next_reading"]
 
 @compilable
 def next_reading(state: Array, held: Array, period: float, differenced: bool, after: Array) -> bool:
-    """Writes what is held until the next sample; says whether it could. Floats only.
+    """Writes the reading that is held until the next sample; returns False if it is not finite.
 
-    At the first instant nothing is known about the time between the held reading and this one, and
-    the measured velocity stays: a plant with sampled output ports has made one of its own steps by
-    then, another none.
+    At the first instant the time since the held reading is unknown, so the measured velocity is
+    kept: a plant with sampled output ports has then made one of its own steps, another plant none.
+    Floats only.
 
     Args:
         state: [q; v] (2n,).

@@ -17,7 +17,7 @@ def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
     Args:
         J: Jacobian of the end effector (6, 6), its rows [angular; linear], in W.
         Jdot_v: bias acceleration J̇q̇ (6,).
-        a: the acceleration [a_o; a_p] (6,) that the end effector shall have [rad/s², m/s²].
+        a: the desired acceleration [a_o; a_p] (6,) of the end effector [rad/s², m/s²].
 
     Returns:
         α (6,) [rad/s²].

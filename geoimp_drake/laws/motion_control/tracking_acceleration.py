@@ -37,7 +37,9 @@ def tracking_acceleration(orientation_law: Callable[..., Array]) -> Callable[...
         position: Array,
         a: Array,
     ) -> bool:
-        """Writes the task acceleration a = [a_o; a_p] of E; says whether it could. Floats only.
+        """Writes the task acceleration a = [a_o; a_p] of E. Floats only.
+
+        Returns False if the reference is not finite or its quaternion not unit.
 
         Args:
             reference: motion of the frame to be tracked (19,).

@@ -48,10 +48,9 @@ def smallest_singular_value(J: Array) -> float:
 
 @compilable
 def singular_value_or_bound(J: Array, threshold: float) -> float:
-    """Returns what tells whether the smallest singular value σ of J (6, n) reaches a threshold.
+    """Returns the smallest singular value σ of J (6, n), or a lower bound that reaches a threshold.
 
-    That is σ itself or, much sooner and nearly always, a lower bound of it at or above the
-    threshold. Floats only.
+    The bound is much faster to compute, and nearly always suffices. Floats only.
     """
     bound = _lower_bound(J)
     return bound if bound >= threshold else smallest_singular_value(J)

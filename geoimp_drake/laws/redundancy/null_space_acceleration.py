@@ -1,4 +1,4 @@
-"""The joint acceleration that makes the internal motion follow a joint velocity."""
+"""The joint acceleration that makes the null-space motion follow a joint velocity."""
 
 from collections.abc import Callable
 

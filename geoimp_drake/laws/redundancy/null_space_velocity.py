@@ -1,4 +1,4 @@
-"""The error of the internal motion."""
+"""The velocity error of the null-space motion."""
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.typing import Array
@@ -12,7 +12,7 @@ def null_space_velocity_error(N: Array, beta: Array, v: Array) -> Array:
 
     Args:
         N: null-space projector I − J†J (n, n).
-        beta: joint velocity β (n,) that the internal motion shall follow.
+        beta: joint velocity β (n,) that the null-space motion follows.
         v: joint velocity q̇ (n,).
     """
     return N @ (beta - v)

@@ -38,7 +38,7 @@ def pseudo_inverse_rate(
 
         J̇† = N W⁻¹(J̇ᵀJ†ᵀW − Ẇ)J† − J†J̇J†,   N = I − J†J.
 
-    It follows from (3.33) with (JW⁻¹Jᵀ)⁻¹ = J†ᵀWJ†, and divides by nothing that J† has not.
+    It follows from (3.33) with (JW⁻¹Jᵀ)⁻¹ = J†ᵀWJ†, and is defined wherever J† is.
 
     Args:
         J_pinv: J† (n, 6).

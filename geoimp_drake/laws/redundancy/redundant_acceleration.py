@@ -12,7 +12,7 @@ def redundant_acceleration(J_pinv: Array, a: Array, Jdot_v: Array, alpha_n: Arra
 
     Args:
         J_pinv: J† (n, 6).
-        a: the acceleration [a_o; a_p] (6,) that the end effector shall have [rad/s², m/s²].
+        a: the desired acceleration [a_o; a_p] (6,) of the end effector [rad/s², m/s²].
         Jdot_v: bias acceleration J̇q̇ (6,).
         alpha_n: null-space joint acceleration (n,) with Jα_n = 0 [rad/s², m/s²].
     """

@@ -1,4 +1,4 @@
-"""What a wrist sensor carries and how its reading becomes the wrench h of (2.2).
+"""The tool's load on a wrist sensor, and the wrench h of (2.2) from the sensor's reading.
 
 Frames: S the sensor, T the tool beyond it, E the end effector, W the world.
 """
@@ -81,7 +81,7 @@ def sensed_wrench(
 ) -> bool:
     """Writes h = [moment; force] (6,) about Eo, in W: the tool's load removed, moved to E.
 
-    Says whether it could: the reading and the motion must be finite. Floats only.
+    Returns False if the reading or the motion is not finite. Floats only.
 
     Args:
         reading: [moment; force] of the sensor about So, in S (6,).
@@ -92,7 +92,7 @@ def sensed_wrench(
         p_SC_S: the tool's centre of mass C in S (3,) [m].
         I_TC_S: its rotational inertia about C, in S (3, 3) [kg m²].
         gravity: in W (3,) [m/s²].
-        motion: of a point of the tool as far as the inertial load is to be removed (19,).
+        motion: of a point of the tool (19,); with zero rates only the weight is removed.
         h: where to write.
     """
     if not is_finite(reading) or not is_frame_motion(motion):

@@ -1,4 +1,4 @@
-"""What a wrist sensor makes of a reaction wrench: quantisation, saturation and low-pass filter.
+"""A wrist sensor's reading of a reaction wrench: quantisation, saturation and low-pass filter.
 
 A reading is [moment; force] (6,) in the sensor's axes. Floats only.
 """
@@ -28,7 +28,9 @@ def filter_gain(cutoff: float, period: float) -> float:
 def sensor_reading(
     raw: Array, before: Array, resolution: Array, limits: Array, gain: float, reading: Array
 ) -> bool:
-    """Writes the reading: quantised, clipped to the range, then filtered; says whether it could.
+    """Writes the reading: quantised, clipped to the range, then filtered.
+
+    Returns False if the reaction is not finite.
 
     Args:
         raw: reaction with bias and noise (6,).
@@ -51,7 +53,7 @@ def sensor_reading(
 
 @compilable
 def peak_reading(raw: Array, before: Array, limits: Array, peak: Array) -> bool:
-    """Writes the largest |raw|/range so far (6,); says whether one has left its range just now."""
+    """Writes the largest |raw|/range so far (6,); returns whether one has just left its range."""
     passed = False
     for k in range(6):
         largest = max(before[k], abs(raw[k]) / limits[k])

@@ -5,20 +5,18 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.state import ArmState, evaluate_arm
+from geoimp_drake.arm.dynamics import Scratch, arm_dynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import is_finite
-from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.block import Block
+from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     POSITION,
     QUATERNION,
     VELOCITY,
-    check_signal,
     frame_motion_vector,
 )
-from geoimp_drake.typing import Array
+from geoimp_drake.systems.part_system import Block
 
 __all__ = ["ArmModel"]
 
@@ -35,13 +33,13 @@ class ArmModel(Block):
     def __init__(self, model: ControlModel):
         super().__init__()
         self._model = model
-        self._from_rotation = compiled(quaternion.from_rotation)
+        self._dynamics, self._is_finite = arm_dynamics(model), compiled(is_finite)
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
             "scratch context of the control model",
             ValueProducer(
-                lambda: AbstractValue.Make(model.plant.CreateDefaultContext()),
+                lambda: AbstractValue.Make(Scratch(model)),
                 lambda context, value: None,
             ),
             {self.nothing_ticket()},
@@ -66,12 +64,10 @@ class ArmModel(Block):
 
     def _calc_arm(self, context: Context, output: AbstractValue) -> None:
         state = self._state.Eval(context)
-        if not is_finite(state):
+        if not self._is_finite(state):
             check_signal(state, f"{self.get_name()}:state")
-        ordered, scratch = state[self._model.state_order], self._scratch.Eval(context)
-        # A step of the plant makes Drake ask again for a state that has been evaluated already.
-        if not _is_at(output.get_value(), ordered):
-            output.set_value(evaluate_arm(self._model, scratch, ordered, self._from_rotation))
+        scratch, ordered = self._scratch.Eval(context), state[self._model.state_order]
+        output.set_value(self._dynamics.evaluate(scratch, ordered))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         arm = self._arm.Eval(context)
@@ -80,8 +76,3 @@ class ArmModel(Block):
         motion[POSITION] = arm.p_WE
         motion[VELOCITY] = arm.V_WE
         output.SetFromVector(motion)
-
-
-def _is_at(arm: object, state: Array) -> bool:
-    """Whether an arm has been evaluated at [q; v]; before the first time it is no arm at all."""
-    return isinstance(arm, ArmState) and arm.q.tobytes() + arm.v.tobytes() == state.tobytes()

@@ -1,26 +1,24 @@
 """An industrial control unit: each joint has a PID servo that follows a trajectory."""
 
-import logging
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.framework import BasicVector, Context, State
+from pydrake.systems.framework import BasicVector, Context, DiscreteStateIndex, State
 from pydrake.trajectories import Trajectory
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import evaluate_arm
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.joint_servo import servo_integral, servo_torque
-from geoimp_drake.systems.block import Block
-from geoimp_drake.systems.frame_motion import check_signal
+from geoimp_drake.parts.signals import check_signal
+from geoimp_drake.parts.torque import Saturation
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
 
 __all__ = ["IndustrialController", "IndustrialControllerConfig", "make_industrial_controller"]
-
-_log = logging.getLogger("drake")
 
 
 @dataclass
@@ -34,7 +32,7 @@ class IndustrialControllerConfig:
     bandwidth: float = 30.0  # ω [rad/s]
     damping: float = 0.9  # ζ
     integral_rate: float = 4.5  # k_i / k_p [1/s]
-    kp: Array | None = None  # one a joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
+    kp: Array | None = None  # one per joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
     integral_limit: float = 1.0  # greatest integral part, a part of the joint's effort limit
     period: float = 1e-3  # [s]
     preload: bool = True  # the integral part starts with the torque that holds the arm
@@ -50,7 +48,7 @@ class IndustrialControllerConfig:
 
 
 class IndustrialController(Block):
-    """Follows a joint trajectory with one PID servo a joint and no model of the arm.
+    """Follows a joint trajectory with one PID servo per joint and no model of the arm.
 
     At every sampling instant, for each joint on its own,
 
@@ -79,7 +77,7 @@ class IndustrialController(Block):
         input estimated_state: [q; v] of the model instance, in its own order (2n)
         output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
         output set_point: [q_d; q̇_d] in the order of `estimated_state` (2n)
-        output peak_effort: largest torque asked so far as a fraction of the limit (n)
+        output peak_effort: largest torque so far as a fraction of the limit (n)
     """
 
     def __init__(
@@ -100,6 +98,7 @@ class IndustrialController(Block):
         self._kd = 2.0 * config.damping / config.bandwidth * self._kp
         self._ki = config.integral_rate * self._kp
         self._limits = model.effort_limits
+        self._saturation = Saturation(model, "the servo gives no more")
         self._integral_limit = config.integral_limit * self._limits
         preload = finite_vector(holding_torque, "servo holding torque", n)
         _check_preload(preload, self._integral_limit, model.joint_names)
@@ -107,17 +106,16 @@ class IndustrialController(Block):
 
     def _declare(self, n: int, preload: Array) -> None:
         self._state_port = self.DeclareVectorInputPort("estimated_state", 2 * n)
-        # Each in the order of the control model.
+        # Both in the order of the control model.
         self._integral = self.declare_state(preload)
         self._torque = self.declare_state(np.clip(preload, -self._limits, self._limits))
+        # In the order of the actuators.
         self._peak = self.declare_state(n)
         self.DeclareVectorOutputPort(
             "actuation", n, self._calc_actuation, {self.ticket_of_state(self._torque)}
         )
         self.DeclareVectorOutputPort("set_point", 2 * n, self._calc_set_point, {self.time_ticket()})
-        self.DeclareVectorOutputPort(
-            "peak_effort", n, self._calc_peak, {self.ticket_of_state(self._peak)}
-        )
+        self.DeclareStateOutputPort("peak_effort", DiscreteStateIndex(self._peak))
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
         # state read is the one at this instant. Without offset, so that the instants are those of
         # the plant's steps to the last bit.
@@ -126,10 +124,6 @@ class IndustrialController(Block):
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
         torque = context.get_discrete_state(self._torque).value()
         output.SetFromVector(torque[self._model.actuation_order])
-
-    def _calc_peak(self, context: Context, output: BasicVector) -> None:
-        peak = context.get_discrete_state(self._peak).value()
-        output.SetFromVector(peak[self._model.actuation_order])
 
     def _calc_set_point(self, context: Context, output: BasicVector) -> None:
         set_point = np.empty(2 * self._model.num_joints)
@@ -154,19 +148,10 @@ class IndustrialController(Block):
         values = state.get_mutable_discrete_state()
         values.set_value(self._integral, following)
         values.set_value(self._torque, np.clip(torque, -self._limits, self._limits))
-        self._report_saturation(context, state, torque)
-
-    def _report_saturation(self, context: Context, state: State, torque: Array) -> None:
-        """Keeps the peak effort; says so the first time that a joint saturates."""
-        before = context.get_discrete_state(self._peak).value()
-        peak = np.maximum(before, np.abs(torque) / self._limits)
-        state.get_mutable_discrete_state().set_value(self._peak, peak)
-        for i in np.flatnonzero((before <= 1.0) & (peak > 1.0)):
-            _log.warning(
-                f"{self.get_name()}: joint '{self._model.joint_names[i]}' saturates at "
-                f"t = {context.get_time():.3f} s: {torque[i]:.1f} asked, the limit is "
-                f"±{self._limits[i]:g}; the servo gives no more."
-            )
+        peak = values.get_mutable_value(self._peak)
+        asked = torque[self._model.actuation_order]
+        saturated = self._saturation.compare(peak, asked)
+        self._saturation.report(saturated, asked, self.get_name(), context.get_time())
 
 
 def make_industrial_controller(

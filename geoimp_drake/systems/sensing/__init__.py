@@ -1,1 +1,1 @@
-"""What measures: wrist sensors and frame motions."""
+"""Sensors: of wrists, and of frame motions."""

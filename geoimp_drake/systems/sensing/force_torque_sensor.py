@@ -1,18 +1,21 @@
-"""A wrist force/torque sensor: from a weld joint's reaction force to the wrench h of the laws."""
+"""Wrist force/torque sensors: from weld joints' reaction forces to the wrench h of the laws."""
 
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensor_config import (
+from collections.abc import Sequence
+
+from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
     WristSensor,
     WristSensorConfig,
 )
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.typing import Array
 
-__all__ = ["ForceTorqueSensor"]
+__all__ = ["ForceTorqueSensor", "ForceTorqueSensors"]
 
 
-class ForceTorqueSensor(ForceTorqueSensors):
+class ForceTorqueSensor(PartSystem):
     """Measures the wrench that the end effector exerts on its environment.
 
     The reaction force of a weld joint carries the tool's weight and inertia besides the contact
@@ -37,7 +40,7 @@ class ForceTorqueSensor(ForceTorqueSensors):
         config: sampling, errors and range of the sensor.
         initial_wrench: h until the first sample (6) [Nm, N].
         reference_is_held: the reference is given by a state that holds what the plant's last step
-            followed, such as `last_compliant_motion`, and needs not be read before the step.
+            followed, such as `last_compliant_motion`, and does not have to be read before the step.
 
     Raises:
         ConfigurationError: a field of the configuration cannot be used.
@@ -68,4 +71,41 @@ class ForceTorqueSensor(ForceTorqueSensors):
         reference_is_held: bool = False,
     ):
         sensor = WristSensor(mounting, tool, config, initial_wrench)
-        super().__init__([sensor], reference_is_held=reference_is_held, suffixes=[""])
+        super().__init__(WristSensors([sensor], reference_is_held=reference_is_held, suffixes=[""]))
+
+
+class ForceTorqueSensors(PartSystem):
+    """Measures the wrenches of several hands: a `ForceTorqueSensor` for each, as one system.
+
+    A plant gives the reaction forces of all its joints as one list. In Python that list costs more
+    than what a sensor does with it, so sensors of one plant that read at the same instants share
+    it. The numbers are those of separate sensors.
+
+    Args:
+        sensors: of one plant, in order; their periods are the same.
+        reference_is_held: see `ForceTorqueSensor`.
+
+    Raises:
+        ConfigurationError: a field cannot be used, the periods differ or there is no sensor.
+        SignalError: a reaction force or a reference is NaN or infinite.
+
+    Ports:
+        input reaction_forces: the plant's reaction forces, list of SpatialForce
+        input body_poses: the plant's body poses, list of RigidTransform
+        input body_spatial_velocities: for `inertial_load: plant`, list of SpatialVelocity
+        input body_spatial_accelerations: for the same, list of SpatialAcceleration
+        input state: [q; v] of the plant, read in the place of `body_poses`, which costs more (2n)
+        input reference_motion_1: for `inertial_load: reference`, the motion that E follows (19)
+        input reference_motion_2: the same of the second (19)
+        output wrench_1: measured wrench [moment; force] (6) [Nm, N]
+        output wrench_true_1: the same before bias, noise, quantisation, range and filter (6)
+        output peak_reading_1: largest reading since the start as a fraction of the range (6)
+        output wrench_2: the same three of the second (6) [Nm, N]
+        output wrench_true_2: see above (6)
+        output peak_reading_2: see above (6)
+
+        So for two sensors. Without a path to any tool there is no port `state`.
+    """
+
+    def __init__(self, sensors: Sequence[WristSensor], *, reference_is_held: bool = False):
+        super().__init__(WristSensors(sensors, reference_is_held=reference_is_held))

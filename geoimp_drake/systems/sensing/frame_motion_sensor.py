@@ -14,7 +14,6 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.dynamics.path_motion import motion_along
 from geoimp_drake.laws.sensing.sensed_wrench import inertial_acceleration
 from geoimp_drake.rotations.so3 import cross
-from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
@@ -23,6 +22,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_at_rest,
     frame_motion_vector,
 )
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
 __all__ = ["FrameMotionSensor"]

@@ -1,1 +1,1 @@
-"""Where desired motions and external wrenches come from."""
+"""Sources of desired motions and external wrenches."""

@@ -11,7 +11,6 @@ from pydrake.systems.framework import BasicVector, Context
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.motion_about_axis import motion_from_rest
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.block import Block
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     POSITION,
@@ -19,6 +18,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_at_rest,
     frame_motion_vector,
 )
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, positive
 

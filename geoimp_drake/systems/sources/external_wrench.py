@@ -1,4 +1,4 @@
-"""A wrench that somebody applies to a body: a ramp in time, through Drake's applied-force port."""
+"""An external wrench on a body: a ramp in time, through Drake's applied-force port."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.systems.block import Block
+from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
 

@@ -14,8 +14,8 @@ from geoimp_drake.diagrams.setups.tight import build_tight
 from geoimp_drake.diagrams.setups.tight_scenario import ARMS
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.cooperation.grasp_watch import watch_grasps
+from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitorConfig
 from geoimp_drake.systems.frame_motion import POSITION
 
 FORCE = slice(3, 6)

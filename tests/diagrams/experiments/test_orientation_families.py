@@ -73,7 +73,7 @@ def test_an_initial_attitude_at_a_singularity_is_refused():
     assert failure is None
 
 
-def test_bad_conditioning_is_reported_once_with_its_figure(caplog):
+def test_bad_conditioning_is_reported_once_with_its_number(caplog):
     run("singularity", family("classical-euler"), "duration=0.05")
     warnings = [r.getMessage() for r in caplog.records if "cond(T)" in r.getMessage()]
     assert len(warnings) == 1

@@ -6,7 +6,7 @@ from runs import assert_all_hold, claims_of, run
 
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
-from geoimp_drake.diagrams.experiments.peg_in_hole import depth, sweep_figures
+from geoimp_drake.diagrams.experiments.peg_in_hole import depth, sweep_values
 from geoimp_drake.diagrams.setups.loose import build_loose
 from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
 from geoimp_drake.errors import ConfigurationError
@@ -31,7 +31,7 @@ def test_every_claim_of_the_misplanned_run_holds():
 def test_every_claim_of_the_nominal_run_holds():
     claims = claims_of("peg_in_hole", "plan=nominal")
     assert_all_hold(claims)
-    assert claims["depth of the peg"].figure > 45.0
+    assert claims["depth of the peg"].value > 45.0
 
 
 def test_without_impedance_the_same_run_exceeds_the_sensors_range():
@@ -66,11 +66,11 @@ def test_the_peg_is_turned_by_what_the_plan_is_wrong_until_it_is_in():
 
 def test_a_sweep_counts_the_run_as_a_success_and_the_rigid_one_not():
     log, run_scenario, _ = run("peg_in_hole")
-    figures = sweep_figures(dict(log), run_scenario)
-    assert figures["success"]
-    assert figures["mating_force"] < 50.0
+    values = sweep_values(dict(log), run_scenario)
+    assert values["success"]
+    assert values["mating_force"] < 50.0
     rigid, rigid_scenario, _ = run("peg_in_hole", "impedance.axes=none")
-    assert not sweep_figures(dict(rigid), rigid_scenario)["success"]
+    assert not sweep_values(dict(rigid), rigid_scenario)["success"]
 
 
 def test_either_arm_may_carry_the_peg():
@@ -115,7 +115,7 @@ def test_a_coupled_stiffness_shifts_the_centre_of_compliance():
     claims = claims_of("peg_in_hole", coupling)
     assert claims["depth of the peg"].holds
     assert claims["largest mating force component"].holds
-    assert sweep_figures(dict(log), run_scenario)["seated"]
+    assert sweep_values(dict(log), run_scenario)["seated"]
 
 
 BAD = {

@@ -14,7 +14,7 @@ def test_every_claim_of_the_chapter_holds():
 
 
 def test_the_normal_force_is_that_of_both_springs_in_series():
-    stiffness = claims_of("plexiglas")["normal force over depth"].figure
+    stiffness = claims_of("plexiglas")["normal force over depth"].value
     assert stiffness == pytest.approx(plexiglas.NORMAL_STIFFNESS, rel=0.02)
 
 

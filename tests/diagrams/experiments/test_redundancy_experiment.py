@@ -1,4 +1,4 @@
-"""Case study 5 on the real plant: internal motion and contact leave each other alone."""
+"""Case study 5 on the real plant: null-space motion and contact leave each other alone."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def during(log, begin, end):
     return (log["t"] >= begin) & (log["t"] <= end)
 
 
-def test_every_claim_holds_with_internal_motion():
+def test_every_claim_holds_with_null_space_motion():
     claims = claims_of("redundancy")
     assert_all_hold(claims)
     assert len(claims) == 11
@@ -27,7 +27,7 @@ def test_every_claim_holds_without_it():
     assert len(claims) == 9
 
 
-def test_the_contact_does_not_feel_the_internal_motion():
+def test_the_contact_does_not_feel_the_null_space_motion():
     (log, _, _), (other, _, _) = run("redundancy"), run("redundancy", WITHOUT)
     contact = during(log, *CONTACT)
     difference = np.abs(log["seven/wrench_true"] - other["seven/wrench_true"])[contact]

@@ -23,5 +23,5 @@ def test_claims_on_contact_are_not_reached_without_a_surface(name):
     claims = {claim.claim: claim for claim in get_experiment(name).claims(dict(log), ended)}
     not_reached = [claim for claim in claims.values() if claim.holds is None]
     assert len(not_reached) >= 3
-    assert all(claim.figure is None for claim in not_reached)
+    assert all(claim.value is None for claim in not_reached)
     assert get_experiment(name).figures(dict(log), ended)

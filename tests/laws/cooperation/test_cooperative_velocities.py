@@ -126,9 +126,9 @@ def test_grasp_matrix_and_velocities_moved_to_the_object_are_dual(seed: int) -> 
     power += internal_wrench(*about_O) @ mutual_velocity.mutual_velocity(*moved)
     np.testing.assert_allclose(power, h_1 @ V_W1 + h_2 @ V_W2, rtol=1e-12)
     # The two descriptions are not dual to each other.
-    crossed = h_o @ absolute_velocity.absolute_velocity(V_W1, V_W2)
-    crossed += internal_wrench(h_1, h_2) @ mutual_velocity.mutual_velocity(V_W1, V_W2)
-    assert abs(crossed - power) > 1e-3
+    mismatched = h_o @ absolute_velocity.absolute_velocity(V_W1, V_W2)
+    mismatched += internal_wrench(h_1, h_2) @ mutual_velocity.mutual_velocity(V_W1, V_W2)
+    assert abs(mismatched - power) > 1e-3
 
 
 @SEEDS

@@ -1,4 +1,4 @@
-"""Each family knows where it is defined, and says so with the figure."""
+"""Each family knows where it is defined, and says so with the number."""
 
 import numpy as np
 import pytest

@@ -7,14 +7,12 @@ from signal_sources import Rig
 
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws.cooperation.hand_references import moving_references, rigid_references
+from geoimp_drake.parts.grasp import MutualPose
+from geoimp_drake.parts.object_load import ObjectLoad
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.cooperation.cooperative_kinematics import (
-    CooperativeKinematics,
-    ObjectLoad,
-)
+from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
-    MutualPose,
 )
 from geoimp_drake.systems.frame_motion import (
     ACCELERATION,

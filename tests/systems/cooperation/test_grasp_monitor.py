@@ -8,13 +8,11 @@ from hand_motions import same_rotation
 from signal_sources import Rig, Signal
 
 from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
+from geoimp_drake.parts.reference_hold import AFTER_HOLD, ReferenceHoldConfig
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor, GraspMonitorConfig
-from geoimp_drake.systems.cooperation.reference_hold import (
-    AFTER_HOLD,
-    ReferenceHold,
-    ReferenceHoldConfig,
-)
+from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor
+from geoimp_drake.systems.cooperation.reference_hold import ReferenceHold
 from geoimp_drake.systems.frame_motion import (
     ANGULAR_VELOCITY,
     LINEAR_VELOCITY,
@@ -129,7 +127,7 @@ def test_bad_thresholds_and_signals_are_named() -> None:
         (GraspMonitorConfig(fall_time=1e-4), "no fall is that fast"),
     ):
         with pytest.raises(ConfigurationError, match=text):
-            config.make()
+            GraspMonitor(config)
     with pytest.raises(SignalError, match="Port 'system:wrench_2' got"):
         opened(CARRIED, np.full(6, np.nan))
 

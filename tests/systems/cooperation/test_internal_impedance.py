@@ -15,12 +15,9 @@ from pydrake.systems.primitives import (
 from signal_sources import Rig, Source, constant, fixed_step
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedanceConfig
 from geoimp_drake.rotations import quaternion
-from geoimp_drake.systems.cooperation.internal_impedance import (
-    InternalGains,
-    InternalImpedance,
-    InternalImpedanceConfig,
-)
+from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedance
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
 from geoimp_drake.typing import Array
 
@@ -33,9 +30,11 @@ def at_rest(p=HANDS, rotvec=(0.0, 0.0, 0.0)) -> np.ndarray:
     return motion
 
 
-def rig_of(internal: InternalImpedance, wrench: Array, measured: Array | None = None) -> Rig:
+def rig_of(
+    wrench: Array, measured: Array | None = None, config: InternalImpedanceConfig | None = None
+) -> Rig:
     return Rig(
-        internal,
+        InternalImpedance.of((config or InternalImpedanceConfig()).make()),
         {
             "desired_motion": at_rest(),
             "wrench": wrench,
@@ -48,21 +47,21 @@ def test_squeezing_moves_the_hands_apart_and_pulling_together() -> None:
     """h_i = ½(h_2 − h_1) is against Δp_21 when the hands squeeze."""
     for force in (-30.0, 30.0):
         wrench = np.array([0.0, 0.0, 0.0, 0.0, force, 0.0])
-        rig = rig_of(InternalImpedanceConfig().make(), wrench).advance(1.5)
+        rig = rig_of(wrench).advance(1.5)
         expected = [0.0, 1.0 - force / 2000.0, 0.0]
         np.testing.assert_allclose(rig.read("compliant_motion")[POSITION], expected, atol=1e-5)
 
 
 def test_moment_between_the_hands_turns_their_references_along_itself() -> None:
     """μ_i = ½(μ_2 − μ_1) on the object: the hands give way against it."""
-    rig = rig_of(InternalImpedanceConfig().make(), np.array([2.0, 0, 0, 0, 0, 0])).advance(1.0)
+    rig = rig_of(np.array([2.0, 0, 0, 0, 0, 0])).advance(1.0)
     turned = quaternion.log(rig.read("compliant_motion")[QUATERNION])
     np.testing.assert_allclose(turned, [-np.arcsin(0.02), 0.0, 0.0], atol=1e-6)
 
 
 def test_it_starts_at_rest_on_the_measured_mutual_pose() -> None:
     measured = at_rest([0.001, 1.002, -0.003], (0.01, 0.0, -0.02))
-    rig = rig_of(InternalImpedanceConfig().make(), np.zeros(6), measured)
+    rig = rig_of(np.zeros(6), measured)
     np.testing.assert_allclose(rig.read("compliant_motion")[:13], measured[:13], atol=1e-15)
     rig.advance(1.5)
     np.testing.assert_allclose(rig.read("compliant_motion")[:7], at_rest()[:7], atol=1e-5)
@@ -71,7 +70,7 @@ def test_it_starts_at_rest_on_the_measured_mutual_pose() -> None:
 @pytest.mark.parametrize(("axes", "part"), [("rotation", POSITION), ("translation", QUATERNION)])
 def test_part_that_is_left_out_keeps_the_pose_of_the_grasp(axes: str, part: slice) -> None:
     wrench = np.array([1.0, 1.0, 1.0, 20.0, 20.0, 20.0])
-    rig = rig_of(InternalImpedanceConfig(axes=axes).make(), wrench).advance(0.3)
+    rig = rig_of(wrench, config=InternalImpedanceConfig(axes=axes)).advance(0.3)
     motion = rig.read("compliant_motion")
     np.testing.assert_array_equal(motion[part], at_rest()[part])
     other = QUATERNION if part == POSITION else POSITION
@@ -91,7 +90,7 @@ def squeeze(
     standard deviation [N, Nm].
     """
     builder = DiagramBuilder()
-    internal = builder.AddSystem(config.make())
+    internal = builder.AddSystem(InternalImpedance.of(config.make()))
     # Hands further apart than the object is long pull it: f_i = k (Δp_21 − l), along y.
     pick = np.zeros((6, 19))
     pick[4, 5] = grasp
@@ -149,7 +148,7 @@ def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> 
     assert 0.0 < late.std() < 1.2 * early.std() < 0.3
 
 
-def test_damping_too_high_for_the_period_is_refused_with_the_figure() -> None:
+def test_damping_too_high_for_the_period_is_refused_with_the_number() -> None:
     gains = InternalGains(np.array(10.0), np.array(18000.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match=r"internal\.translation\.damping .* is 1\.8"):
         InternalImpedanceConfig(translation=gains).make()

@@ -24,9 +24,9 @@ from geoimp_drake.controllers.wrist_sensor import (
     wrist_sensor_at,
 )
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.wrist_sensor_config import WristSensor, WristSensorConfig
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
-from geoimp_drake.systems.sensing.force_torque_sensors import ForceTorqueSensors
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensor, WristSensorConfig
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
 
 PORTS = ("wrench", "wrench_true", "peak_reading")
 CONFIGS = {

@@ -20,8 +20,8 @@ from geoimp_drake import add_wrist_sensor
 from geoimp_drake.arm.kinematic_tree import path_to
 from geoimp_drake.controllers import wrist_sensor
 from geoimp_drake.laws.dynamics.path_motion import pose_along
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
-from geoimp_drake.systems.sensing.wrist_sensor_config import WristSensorConfig
 
 
 def pose(k: float) -> RigidTransform:

@@ -1,0 +1,137 @@
+"""What every set-up begins and ends with: cell, desired motion, external wrench, log and views."""
+
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
+
+from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+
+from geoimp_drake.diagrams.scene.surface import surface_plane
+from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
+from geoimp_drake.diagrams.setups.run_settings import RunSettings
+from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.simulation.live import add_live_controls
+from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.simulation.run import Event
+from geoimp_drake.simulation.visualization import add_visualization
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import check
+
+__all__ = ["SetupBuilder"]
+
+Models = TypeVar("Models")
+
+
+class SetupBuilder(Generic[Models]):
+    """A set-up under construction; its diagram begins with the plant and ends with the log.
+
+    Args:
+        scenario: is checked; its open fields are filled in.
+        add_models: fills a plant with what is in the cell and finalizes it.
+        meshcat: where the run is drawn, None for nowhere.
+        live: add sliders there.
+        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
+            Meshcat need is there; with Meshcat there is a log all the same.
+
+    Attributes:
+        builder: of the diagram.
+        plant: in it, finalized.
+        models: what `add_models` returned for the plant.
+        recorder: of the log.
+        is_logged: whether signals are to be recorded.
+
+    Raises:
+        ConfigurationError: the scenario cannot be used; the message says why.
+    """
+
+    def __init__(
+        self,
+        scenario: RunSettings,
+        add_models: Callable[[MultibodyPlant], Models],
+        meshcat: Meshcat | None,
+        *,
+        live: bool,
+        logged: bool,
+    ):
+        check(scenario)
+        self._scenario, self._add_models = scenario, add_models
+        self._meshcat, self._live, self._pushes = meshcat, live, False
+        self.builder = DiagramBuilder()
+        self.plant, self._scene_graph = AddMultibodyPlant(scenario.plant, self.builder)
+        self.models = add_models(self.plant)
+        self.recorder = Recorder(self.builder, scenario.log_period)
+        self.is_logged = logged or meshcat is not None
+
+    def add_desired_motion(
+        self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()
+    ) -> OutputPort:
+        """Adds the desired motion, which is as long as the run unless that says how long it is."""
+        desired = self.builder.AddNamedSystem("desired_motion", DesiredMotion(X_WD, segments))
+        if self._scenario.duration is None:
+            self._scenario.duration = desired.duration()
+        return desired.GetOutputPort("motion")
+
+    def add_external_wrench(
+        self, frame: Frame, R_WF: RotationMatrix, ramp: WrenchRamp | None
+    ) -> None:
+        """Adds what pushes a frame F, in its axes at the start; None pushes nothing."""
+        if ramp is None:
+            return
+        wrench = self.builder.AddNamedSystem(
+            "external_wrench", ExternalWrench(frame, R_WF.matrix(), ramp)
+        )
+        self.builder.Connect(
+            wrench.get_output_port(), self.plant.get_applied_spatial_force_input_port()
+        )
+        self._pushes = True
+
+    def record_surface(self, surface: SurfacePlacement | None, disk: Array) -> None:
+        """Puts a surface into the log, and the disk's centre in the frame whose motion is D (3)."""
+        if surface is not None:
+            self.recorder.constant("surface/plane", surface_plane(surface.pose()))
+            self.recorder.constant("surface/disk", disk)
+
+    def add_views(
+        self, name: str, frames: str, wrench: OutputPort, controller: System, pushed: Frame
+    ) -> None:
+        """Adds what Meshcat shows and, if the run is live, asks for.
+
+        Args:
+            name: under which the motions of the frames are logged.
+            frames: that are drawn, a letter each; the wrench is drawn at the last.
+            wrench: [moment; force] on the environment in W (6).
+            controller: whose stiffness can be changed.
+            pushed: at whose origin the hand can be pushed, unless an external wrench does.
+        """
+        if self._meshcat is None:
+            return
+        add_visualization(
+            self.builder,
+            self._scene_graph,
+            self._meshcat,
+            self.plant,
+            frames={frame: self.recorder.port(f"{name}/motion_{frame}") for frame in frames},
+            wrench=wrench,
+            at=frames[-1],
+        )
+        if self._live:
+            push = not self._pushes
+            add_live_controls(
+                self.builder, self._meshcat, self.plant, controller, pushed, push=push
+            )
+
+    def build(self, events: Sequence[Event] = ()) -> Setup:
+        """Returns the set-up; `events` happen to its diagram from outside on the way."""
+        return Setup(
+            self._scenario,
+            self.recorder.build(),
+            self.plant,
+            self.recorder,
+            self._add_models,
+            events=list(events),
+        )

@@ -1,0 +1,159 @@
+"""Kinematics and dynamics of an arm at one instant: by compiled laws, or by Drake."""
+
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from geoimp_drake.arm.chain import chain_arrays
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.derivatives import coriolis_forces, inertia_rate
+from geoimp_drake.arm.state import ArmState, evaluate_arm
+from geoimp_drake.compilation.compiled import compiled, is_available
+from geoimp_drake.laws.compositions.arm_quantities import arm_quantities
+from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
+from geoimp_drake.laws.compositions.null_space_motion import (
+    null_space_motion_acceleration,
+    null_space_motion_error,
+)
+from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
+from geoimp_drake.typing import Array
+
+__all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]
+
+
+class Scratch:
+    """A context of a control model's plant, made on first use; a copy has its own.
+
+    Args:
+        model: the control model.
+    """
+
+    def __init__(self, model: ControlModel):
+        self._model = model
+        self._context: Context | None = None
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Scratch":
+        return Scratch(self._model)
+
+    @property
+    def context(self) -> Context:
+        """The context, at any posture."""
+        if self._context is None:
+            self._context = self._model.plant.CreateDefaultContext()
+        return self._context
+
+    def at(self, x: Array) -> Context:
+        """Returns the context at [q; v] (2n,)."""
+        self._model.plant.SetPositionsAndVelocities(self.context, x)
+        return self.context
+
+
+class ArmDynamics(Protocol):
+    """What evaluates an arm."""
+
+    def evaluate(self, scratch: Scratch, state: Array) -> ArmState:
+        """Returns the arm at [q; v] (2n,) in the model's order."""
+
+    def null_space(
+        self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
+    ) -> tuple[Array, Array, Array]:
+        """Returns J† (n, 6), α_n (n,) and e_n (n,) of (3.33), (3.38) and (3.37).
+
+        Args:
+            scratch: a context of the model's plant.
+            arm: the arm, of `evaluate`.
+            gradients: of the task function, and their rate along the arm's motion (n,).
+            gains: K_n, k_β, W and its inverse (2, n, n), whether W = B instead, σ₀ and λ₀.
+        """
+
+
+def arm_dynamics(model: ControlModel) -> ArmDynamics:
+    """Returns what evaluates an arm fastest.
+
+    Where laws are compiled, they take a third of the time of Drake's calls; uncompiled they take
+    many times as long.
+    """
+    return ChainDynamics(model) if is_available() else DrakeDynamics(model)
+
+
+class ChainDynamics:
+    """The laws of laws/dynamics/serial_chain.py, which need no context.
+
+    Args:
+        model: the arm.
+
+    Attributes:
+        chain: the arm as the laws take it.
+    """
+
+    def __init__(self, model: ControlModel):
+        self.chain = chain_arrays(model)
+        self._n = model.num_joints
+        self._quantities = compiled(arm_quantities)
+        self._null_space = compiled(chain_null_space(self._n))
+
+    def evaluate(self, scratch: Scratch | None, state: Array) -> ArmState:
+        """See `ArmDynamics`."""
+        quantities = self._quantities(state[: self._n], state[self._n :], *self.chain)
+        arm = ArmState(state[: self._n], state[self._n :], *quantities[:-3])
+        arm.chain = quantities[-3:]
+        return arm
+
+    def null_space(
+        self, scratch: Scratch | None, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
+    ) -> tuple[Array, Array, Array]:
+        """See `ArmDynamics`."""
+        dB, s, links = arm.chain
+        return self._null_space(arm.Jv_V_WE, arm.v, arm.B, dB, arm.Cv, s, links, *gradients, *gains)
+
+
+class DrakeDynamics:
+    """Drake's own calls.
+
+    Args:
+        model: the arm.
+    """
+
+    def __init__(self, model: ControlModel):
+        self._model = model
+
+    def evaluate(self, scratch: Scratch, state: Array) -> ArmState:
+        """See `ArmDynamics`."""
+        return evaluate_arm(self._model, scratch.context, state)
+
+    def null_space(
+        self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
+    ) -> tuple[Array, Array, Array]:
+        """See `ArmDynamics`."""
+        K_n, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = gains
+        gradient, gradient_rate = gradients
+        J, v, context = arm.Jv_V_WE, arm.v, scratch.context
+        dB = inertia_rate(self._model, context, arm.q, v)
+        # (3.33), (3.39), (3.37)
+        B_inverse, J_pinv, N, beta, e_n = null_space_motion_error(
+            J, arm.B, W_inverse, weighs_by_inertia, threshold, factor, k_beta, gradient, v
+        )
+        dW = np.zeros_like(dB)
+        if weighs_by_inertia:
+            W, W_inverse, dW = arm.B, B_inverse, dB
+        # (3.38)
+        C_e = coriolis_product(partial(coriolis_forces, self._model, context), arm.Cv, v, e_n)
+        alpha_n = null_space_motion_acceleration(
+            J,
+            v,
+            J_pinv,
+            N,
+            W,
+            W_inverse,
+            dW,
+            B_inverse,
+            dB,
+            k_beta,
+            beta,
+            gradient_rate,
+            K_n @ e_n,
+            C_e,
+        )
+        return J_pinv, alpha_n, e_n

@@ -1,0 +1,215 @@
+"""What each command does; nothing is imported before it is needed."""
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from geoimp_drake.errors import ConfigurationError
+
+__all__ = [
+    "BENCH_CASES",
+    "FAILURE",
+    "SUCCESS",
+    "UNUSABLE",
+    "bench",
+    "compare",
+    "init",
+    "list_experiments",
+    "reproduce",
+    "run",
+    "sweep",
+]
+
+SUCCESS, FAILURE, UNUSABLE = 0, 1, 2  # exit status
+
+# What is timed: experiment, when, and whether its real-time factor counts as the experiment's.
+BENCH_CASES = {
+    "single_free": ("plexiglas", 1.0, False),
+    "plexiglas": ("plexiglas", 6.0, True),
+    "redundant_free": ("redundancy", 1.0, False),
+    "redundancy": ("redundancy", 11.0, True),
+    "bar_free": ("bar", 1.0, False),
+    "bar": ("bar", 6.0, True),
+    "peg_in_hole": ("peg_in_hole", 8.0, True),
+}
+
+
+def list_experiments(_: argparse.Namespace) -> int:
+    """Names the experiments. Returns the exit status."""
+    from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
+
+    for experiment in EXPERIMENTS.values():
+        print(f"{experiment.name:14}{experiment.summary}")
+    return SUCCESS
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs one experiment. Returns the exit status."""
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.simulation.claims import format_claims
+    from geoimp_drake.simulation.experiment import run_experiment
+
+    if options.host is not None and not options.meshcat:
+        raise ConfigurationError("--host is where --meshcat listens; give --meshcat as well.")
+    experiment = get_experiment(options.experiment or _named_in(options.scenario))
+    scenario = _scenario(experiment, options, options.orientation, options.seed)
+    name = experiment.name if options.experiment else options.scenario.stem
+    result = run_experiment(
+        experiment,
+        scenario,
+        options.out or Path("results") / name,
+        figures=not options.no_figures,
+        html=options.html,
+        live=options.meshcat,
+        host=options.host,
+    )
+    print(format_claims(result.claims))
+    _print_files(result.files)
+    return _status({experiment.name: result.failure} if result.failure else {})
+
+
+def _named_in(file: Path | None) -> str:
+    """Returns the experiment that a scenario file names."""
+    from geoimp_drake.scenario.loading import read_yaml
+
+    if file is None:
+        raise ConfigurationError(
+            "Name an experiment that `geoimp list` shows, or give a scenario file with --scenario."
+        )
+    name = read_yaml(file).get("experiment")
+    if not isinstance(name, str):
+        raise ConfigurationError(
+            f"{file} does not name its experiment: give one on the command line, or the key "
+            f"'experiment' ('custom' for one of your own; `geoimp init` writes such a file)."
+        )
+    return name
+
+
+def init(options: argparse.Namespace) -> int:
+    """Writes a commented scenario. Returns the exit status."""
+    from geoimp_drake.diagrams.experiments.catalogue import OWN, get_experiment
+    from geoimp_drake.scenario.template import write_template
+
+    base = get_experiment(options.base)
+    write_template(options.file, base, OWN[base.setup].name)
+    print(f"written: {options.file}\nrun it: geoimp run --scenario {options.file}")
+    return SUCCESS
+
+
+def compare(options: argparse.Namespace) -> int:
+    """Runs several orientation families alike. Returns the exit status."""
+    from geoimp_drake.campaigns.compare import compare_families
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.diagrams.experiments.comparisons import CHAPTER_FAMILIES, COMPARISONS
+    from geoimp_drake.simulation.claims import format_claims
+
+    experiment = get_experiment(options.experiment)
+    claims, across, files, failures = compare_families(
+        experiment,
+        COMPARISONS[experiment.name],
+        lambda family: _scenario(experiment, options, family, options.seed),
+        options.orientation or CHAPTER_FAMILIES,
+        options.out or Path("results") / f"compare-{experiment.name}",
+    )
+    for family, own in claims.items():
+        print(f"{family}\n{format_claims(own)}\n")
+    if across:
+        print(f"across the families\n{format_claims(across)}")
+    _print_files(files)
+    return _status(failures)
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Runs one experiment with parameters drawn at random. Returns the exit status."""
+    from geoimp_drake.campaigns.fastest_form import fastest_form
+    from geoimp_drake.campaigns.sweep import format_sweep, run_sweep
+    from geoimp_drake.campaigns.sweep_plan import SweepPlan
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+
+    experiment = get_experiment(options.experiment)
+    out = options.out or Path("results") / f"sweep-{experiment.name}"
+    result = run_sweep(
+        experiment,
+        _scenario(experiment, options, options.orientation, None, fastest_form()),
+        SweepPlan.read(options.plan, options.vary, options.samples, options.seed),
+        out,
+        jobs=(os.cpu_count() or 1) if options.jobs is None else options.jobs,
+        scheduler=options.scheduler,
+        map_keys=options.map,
+    )
+    print(format_sweep(experiment.name, result, out))
+    _print_files(result.files)
+    return FAILURE if result.errors == len(result.rows) else SUCCESS
+
+
+def reproduce(options: argparse.Namespace) -> int:
+    """Runs everything that the chapter shows. Returns the exit status."""
+    from geoimp_drake.campaigns.report import REPORT
+    from geoimp_drake.campaigns.reproduce import reproduce as run_all
+    from geoimp_drake.campaigns.reproduction import format_reproduction
+    from geoimp_drake.diagrams.experiments.reproduction import studies
+
+    out = options.out or Path("results") / "reproduce"
+    reproduction = run_all(
+        studies(),
+        out,
+        jobs=(os.cpu_count() or 1) if options.jobs is None else options.jobs,
+        duration=options.duration,
+        seed=options.seed,
+    )
+    print(format_reproduction(reproduction))
+    print(f"\nreport: {out / REPORT}")
+    return _status(reproduction.failures())
+
+
+def _scenario(
+    experiment: Any,
+    options: argparse.Namespace,
+    orientation: str | None,
+    seed: int | None,
+    *layers: dict[str, Any],
+) -> Any:
+    """Returns the experiment's scenario with layers, the file and the options laid over it."""
+    from geoimp_drake.scenario.loading import read_layer
+
+    if options.scenario:
+        layers = (*layers, read_layer(options.scenario))
+    shorthands = {
+        "impedance.orientation": orientation,
+        "duration": options.duration,
+        "seed": seed,
+    }
+    given = [f"{path}={value}" for path, value in shorthands.items() if value is not None]
+    return experiment.scenario(layers, (*given, *options.overrides))
+
+
+def _print_files(files: list[Path]) -> None:
+    print("\nwritten:")
+    for path in files:
+        print(f"  {path}")
+
+
+def _status(failures: Mapping[str, Exception | str]) -> int:
+    for name, failure in failures.items():
+        print(f"geoimp: the simulation of {name} failed: {failure}", file=sys.stderr)
+    return FAILURE if failures else SUCCESS
+
+
+def bench(options: argparse.Namespace) -> int:
+    """Times the closed loop against the bare plant. Returns the exit status."""
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.simulation.bench import BenchCase, run_bench
+    from geoimp_drake.validation import choice
+
+    for name in options.only or ():
+        choice(name, "case", BENCH_CASES)
+    cases = [
+        BenchCase(name, get_experiment(experiment), start, real_time)
+        for name, (experiment, start, real_time) in BENCH_CASES.items()
+        if name in (options.only or BENCH_CASES)
+    ]
+    print(run_bench(cases, options.json, options.compare))
+    return SUCCESS

@@ -1,0 +1,154 @@
+"""Commands and options of the command line."""
+
+import argparse
+from pathlib import Path
+from typing import NoReturn
+
+from geoimp_drake import __version__
+from geoimp_drake.cli import commands
+
+__all__ = ["make_parser"]
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as every other error here."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(commands.UNUSABLE, f"geoimp: {message} (see {self.prog} --help)\n")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Returns the parser; what it returns for a command has its function as `command`."""
+    parser = _Parser(
+        prog="geoimp",
+        description="Six-DOF impedance control in Drake: the chapter's experiments.",
+    )
+    parser.add_argument("--version", action="version", version=f"geoimp {__version__}")
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+    listing = subparsers.add_parser("list", help="name the experiments")
+    listing.set_defaults(command=commands.list_experiments)
+    init = subparsers.add_parser(
+        "init", help="write a commented scenario of your own, to be edited"
+    )
+    init.add_argument("file", type=Path, metavar="FILE", help="YAML file to write")
+    init.add_argument(
+        "--from", dest="base", default="plexiglas", metavar="EXPERIMENT", help="to start from"
+    )
+    init.set_defaults(command=commands.init)
+    run = subparsers.add_parser("run", help="run one experiment and write log, claims and figures")
+    _add_run_options(run)
+    run.set_defaults(command=commands.run)
+    compare = subparsers.add_parser("compare", help="run several orientation families alike")
+    compare.add_argument("experiment", metavar="EXPERIMENT")
+    compare.add_argument(
+        "--orientation", nargs="+", metavar="FAMILY", help="families (the chapter's three)"
+    )
+    _add_scenario_options(compare)
+    compare.set_defaults(command=commands.compare)
+    sweep = subparsers.add_parser(
+        "sweep", help="run one experiment with parameters drawn at random"
+    )
+    _add_sweep_options(sweep)
+    sweep.set_defaults(command=commands.sweep)
+    reproduce = subparsers.add_parser(
+        "reproduce",
+        help="run everything that the chapter shows and write one report",
+        description="Runs every experiment with every variant that its figures need, and writes "
+        "report.html. Started again with the same folder it does only what is missing or would "
+        "come out differently.",
+        epilog="Exit status: 0, also if claims fail, which the summary lists; 1 if a simulation "
+        "failed; 2 if the input is unusable.",
+    )
+    _add_reproduce_options(reproduce)
+    reproduce.set_defaults(command=commands.reproduce)
+    bench = subparsers.add_parser("bench", help="time the closed loop against the bare plant")
+    bench.add_argument("--json", type=Path, metavar="FILE", help="write the timings to FILE")
+    bench.add_argument(
+        "--only", nargs="+", metavar="CASE", help=f"of {', '.join(commands.BENCH_CASES)} (all)"
+    )
+    bench.add_argument(
+        "--compare", type=Path, metavar="FILE", help="show what got slower since FILE was written"
+    )
+    bench.set_defaults(command=commands.bench)
+    return parser
+
+
+def _add_run_options(run: argparse.ArgumentParser) -> None:
+    run.add_argument(
+        "experiment",
+        metavar="EXPERIMENT",
+        nargs="?",
+        help="a name that `geoimp list` shows; by default the one that the scenario file names",
+    )
+    run.add_argument("--orientation", metavar="FAMILY", help="orientation family of the impedance")
+    _add_scenario_options(run)
+    run.add_argument("--no-figures", action="store_true", help="write no figures")
+    view = run.add_mutually_exclusive_group()
+    view.add_argument("--html", action="store_true", help="write replay.html")
+    view.add_argument(
+        "--meshcat", action="store_true", help="show the run in a browser, at real time at most"
+    )
+    run.add_argument(
+        "--host",
+        help="address of this machine at which --meshcat listens, * for every one (127.0.0.1, "
+        "which other machines do not reach); whoever reaches it can push and pause",
+    )
+
+
+def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
+    sweep.add_argument("experiment", metavar="EXPERIMENT", help="a name that `geoimp list` shows")
+    sweep.add_argument(
+        "--orientation", metavar="FAMILY", help="orientation family of the impedance"
+    )
+    sweep.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="KEY.PATH=LOW:HIGH",
+        help="draw a number of the scenario uniformly; may be repeated",
+    )
+    sweep.add_argument(
+        "--plan", type=Path, metavar="FILE", help="YAML file with vary, samples and seed"
+    )
+    sweep.add_argument("--samples", type=int, metavar="N", help="how many (64)")
+    sweep.add_argument("--jobs", type=int, metavar="J", help="processes (one a core)")
+    sweep.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="of a Dask scheduler whose workers are used; start them with --nthreads 1, and with "
+        "TLS: whoever reaches them can run code there",
+    )
+    sweep.add_argument(
+        "--map", nargs=2, default=(), metavar=("X", "Y"), help="varied keys of the map (first two)"
+    )
+    _add_scenario_options(sweep)
+
+
+def _add_reproduce_options(reproduce: argparse.ArgumentParser) -> None:
+    reproduce.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder to write (results/reproduce)"
+    )
+    reproduce.add_argument("--jobs", type=int, metavar="N", help="processes (one a core)")
+    reproduce.add_argument(
+        "--duration", type=float, metavar="S", help="cut every run off after this time [s]"
+    )
+    reproduce.add_argument("--seed", type=int, metavar="N", help="of the sensors' noise")
+
+
+def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY.PATH=VALUE",
+        help="set a field of the scenario; may be repeated",
+    )
+    parser.add_argument(
+        "--scenario", type=Path, metavar="FILE", help="YAML file laid over the experiment's own"
+    )
+    parser.add_argument("--duration", type=float, metavar="S", help="simulated time [s]")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="of the sensor's noise; of a sweep's draws"
+    )

@@ -1,0 +1,59 @@
+"""What controllers of one and of two arms share: the compiled form, and sensors among blocks."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+
+from geoimp_drake.compilation.compiled import is_available
+from geoimp_drake.parts.part import Part
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.part_system import PartSystem, system_of
+from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
+
+__all__ = ["add_sensors", "make_compiled", "warn_uncompiled"]
+
+_log = logging.getLogger("drake")
+
+
+def make_compiled(part: Part) -> PartSystem:
+    """Returns a whole controller as one system; warns once if its laws are not compiled."""
+    if not is_available():
+        warn_uncompiled()
+    return system_of(part)
+
+
+@cache
+def warn_uncompiled() -> None:
+    """Warns that the compiled form is slower here; once in a process."""
+    _log.warning(
+        "The controller's form is 'compiled', but laws cannot be compiled here, and uncompiled it "
+        "is slower than the form 'blocks'. Install numba (the extra 'fast'), or choose 'blocks'."
+    )
+
+
+def add_sensors(
+    builder: DiagramBuilder,
+    sensors: WristSensors,
+    wrenches: Mapping[str, Sequence[InputPort]],
+    references: Mapping[str, OutputPort],
+) -> None:
+    """Adds wrist sensors to the blocks of a controller, with ports that the controller exports.
+
+    Args:
+        builder: where they are added.
+        sensors: their part.
+        wrenches: input ports for each of their wrenches.
+        references: output ports for each of their reference motions.
+    """
+    system = builder.AddNamedSystem("wrist_sensors", ForceTorqueSensors.of(sensors))
+    for name, targets in wrenches.items():
+        for target in targets:
+            builder.Connect(system.GetOutputPort(name), target)
+    for name, reference in references.items():
+        builder.Connect(reference, system.GetInputPort(name))
+    for name in sensors.plant_inputs:
+        builder.ExportInput(system.GetInputPort(name), name)
+    for output in sensors.outputs:
+        builder.ExportOutput(system.GetOutputPort(output.name), output.name)

@@ -1,0 +1,1 @@
+"""Pieces of controllers: named inputs, memory and outputs around the laws; no Drake systems."""

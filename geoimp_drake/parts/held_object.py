@@ -1,0 +1,295 @@
+"""The object's part of tight cooperation: from hands and wrenches to the hands' references."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.compositions.object_control import (
+    COMPLIANT,
+    HANDS,
+    MEASURED_MUTUAL,
+    OBJECT,
+    object_control,
+)
+from geoimp_drake.laws.cooperation.half_rotation import check_half_defined
+from geoimp_drake.laws.cooperation.held_object import held_object_motion
+from geoimp_drake.laws.frame_motion import (
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    POSE_SIZE,
+    QUATERNION,
+)
+from geoimp_drake.parts.grasp import GraspPose
+from geoimp_drake.parts.grasp_watch import GraspWatch
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.object_load import LoadArguments
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
+from geoimp_drake.parts.reference_hold import Hold
+from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
+from geoimp_drake.parts.within import Within
+from geoimp_drake.typing import Array
+
+__all__ = ["FoundObject", "HeldObject"]
+
+_NO_WRENCH = np.zeros(6)
+
+
+class FoundObject:
+    """The results of one evaluation of the law, and the memory and inputs that it used.
+
+    Attributes:
+        motions: (6, 19), see laws/compositions/object_control.py.
+        wrenches: (3, 6), see there.
+        rates: of the state (26).
+        state: that of the motions (26).
+        pose: of the grasp (7).
+        memory: of the whole part, with what has passed through.
+        hand_wrenches: of both hands (6).
+    """
+
+    __slots__ = ("hand_wrenches", "memory", "motions", "pose", "rates", "state", "wrenches")
+
+    def __init__(self) -> None:
+        self.motions = np.zeros((6, FRAME_MOTION_SIZE))
+        self.wrenches = np.empty((3, 6))
+        self.rates = np.empty(2 * FRAME_STATE_SIZE)
+        self.state = self.pose = self.memory = NOTHING
+        self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
+
+
+class HeldObject:
+    """Evaluates the laws of six connected blocks in one compiled call.
+
+        CooperativeKinematics ─▶ ImpedanceIntegrator ─▶ CooperativeReferenceGenerator
+                              ─▶ InternalImpedance   ─▶               │
+                                         GraspMonitor ─▶ ReferenceHold ◀┘
+
+    The laws are the blocks' own (laws/compositions/object_control.py); a sample of the wrenches
+    takes a second call. It is a piece of `TwoArms`, whose outputs come from the `FoundObject`.
+
+    The continuous state is that of C, then that of the mutual pose of the references. Both start
+    with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
+    grasp, unless it is prescribed.
+
+    Args:
+        impedance: of the object.
+        internal: the impedance between the hands; None for a constant mutual pose.
+        grasp: the mutual pose of the grasp.
+        load: of the object.
+        watch: over the grasps, and what the hands do when one opens; None for neither.
+
+    Attributes:
+        last_motion: place in the memory of C's motion when the last step began.
+    """
+
+    def __init__(
+        self,
+        impedance: Impedance,
+        internal: Impedance | None,
+        grasp: GraspPose,
+        load: LoadArguments,
+        watch: tuple[GraspWatch, Hold] | None,
+    ):
+        self._impedance, self._internal, self._grasp = impedance, internal, grasp
+        self._watch, self._load = watch, load
+        self._law = compiled(object_control(impedance.family_law))
+        self._object_motion = compiled(held_object_motion)
+        # Without one its gains are not used.
+        gains = (impedance if internal is None else internal).gains()
+        self._internal_gains = internal is not None, *gains
+        self._at_rest = np.zeros(FRAME_MOTION_SIZE)
+        self.inputs = {"desired_motion": FRAME_MOTION_SIZE, "stiffness_scale": 2}
+        self.state = Memory(compliant=np.zeros(FRAME_STATE_SIZE), mutual=np.zeros(FRAME_STATE_SIZE))
+        nothing = Memory()
+        self.memory = Memory(
+            grasp=grasp.memory,
+            impedance=impedance.memory,
+            # The motions of both hands' references when the last step began.
+            reference_1=AT_REST,
+            reference_2=AT_REST,
+            watch=nothing if watch is None else watch[0].memory,
+            hold=nothing if watch is None else watch[1].memory,
+        )
+
+        self.last_motion = nested(self.memory.impedance, impedance.memory.last)
+        if watch is not None:
+            self._opened = nested(self.memory.watch, watch[0].memory.opened)
+
+    def outputs(self, place: slice) -> list[Output]:
+        """Returns the outputs.
+
+        Args:
+            place: of this part's memory in that of the whole.
+        """
+        found = ("found",)
+        signals = *found, *self.inputs
+        outputs = [
+            Output("compliant_motion", FRAME_MOTION_SIZE, _motion(COMPLIANT), found),
+            Output("displacement", 6, self._write_displacement, signals),
+            Output("energy", len(ImpedanceEnergy.get_fields()), self._write_energy, signals),
+            Output("object_motion", FRAME_MOTION_SIZE, _motion(OBJECT), found),
+            Output("object_wrench", 6, _wrench(0), found),
+            Output("internal_wrench", 6, _wrench(1), found),
+            Output("mutual_motion", FRAME_MOTION_SIZE, _motion(MEASURED_MUTUAL), found),
+            Output("mutual_reference", FRAME_MOTION_SIZE, _write_pose, found),
+            *(
+                Output(f"reference_motion_{k + 1}", FRAME_MOTION_SIZE, _motion(row), found)
+                for k, row in enumerate(range(HANDS.start, HANDS.stop))
+            ),
+        ]
+        if self._watch is not None:
+            hold = self._watch[1]
+            opened = nested(place, self._opened)
+            resting = nested(place, self.memory.hold)
+
+            def write_release(now: Now, value: Array) -> None:
+                memory = now.memory
+                value[:] = hold.release(memory[resting], now.time, memory[opened])
+
+            outputs += [
+                held("opened", opened),
+                Output("release", 2, write_release, ("memory", "time")),
+            ]
+        return outputs
+
+    def find(
+        self,
+        now: Now,
+        memory: Array,
+        hands: tuple[Array, Array],
+        wrenches: tuple[Array, Array],
+        found: FoundObject,
+    ) -> None:
+        """Evaluates the law.
+
+        Args:
+            now: the inputs and the state.
+            memory: of this part.
+            hands: measured motions (19) of both.
+            wrenches: of both (6).
+            found: where to write.
+
+        Raises:
+            SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
+            OutOfDomainError: the hands have turned by more than 355° against each other, or D and C
+                beyond ϑ_M of the orientation family.
+            SingularityError: the attitude leaves the domain of the orientation family.
+        """
+        desired = now["desired_motion"]
+        found.hand_wrenches = wrenches
+        found.pose = self._grasp.pose(memory[self.memory.grasp], now, *hands)
+        found.state = state = now.state
+        reference = self._at_rest
+        if self._load.removes_inertial_load:
+            reference = memory[self.last_motion]
+        if self._impedance.has_domain:
+            C = (
+                state[self.state.compliant]
+                if is_set(state)
+                else self._object_start(now, hands, found)
+            )
+            self._impedance.check(now, desired, _NO_WRENCH, C)
+        if not self._law(
+            *hands,
+            *wrenches,
+            desired,
+            state,
+            found.pose,
+            reference,
+            found.motions,
+            found.wrenches,
+            found.rates,
+            *self._impedance.gains(now),
+            *self._internal_gains,
+            *self._load.arguments,
+        ):
+            self._check(now, hands, wrenches, found)
+        if self._watch is not None and self._watch[1].is_held(memory[self.memory.hold]):
+            self._rest(self._watch[1], memory, now.time, found.motions[HANDS])
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Starts C, mutual pose and grasp, or keeps their normalized quaternions."""
+        found: FoundObject = now.found
+        C, hands = found.motions[COMPLIANT], found.motions[HANDS]
+        state[:] = found.state
+        place = memory[self.memory.impedance]
+        self._impedance.keep(place, state[self.state.compliant], now, C)
+        memory[self.memory.grasp] = found.pose
+        memory[self.memory.reference_1], memory[self.memory.reference_2] = hands
+
+    def sample(self, memory: Array, now: Now, wrenches: tuple[Array, Array]) -> None:
+        """Takes a sample of both hands' wrenches for the watch over the grasps."""
+        if self._watch is None:
+            return
+        watch, hold = self._watch
+        # A hold follows one sample after what it is for, as behind a port.
+        opened, place = memory[self._opened], memory[self.memory.hold]
+        if hold.is_due(place, opened):
+            first, second = now.found.motions[HANDS]
+            given = {"opened": opened, "reference_motion_1": first, "reference_motion_2": second}
+            hold.sample(place, Within(now, {}, given))
+        watch.take(memory[self.memory.watch], *wrenches, now)
+
+    def _rest(self, hold: Hold, memory: Array, time: float, references: Array) -> None:
+        """Writes the hands' motions after the hold."""
+        opened = memory[self._opened]
+        for k, reference in enumerate(references, 1):
+            reference[:] = hold.motion(k, memory[self.memory.hold], time, opened)
+
+    def _object_start(self, now: Now, hands: tuple[Array, Array], found: FoundObject) -> Array:
+        """Returns the object's pose and velocity as measured (13): on that pose C starts."""
+        for k in (1, 2):
+            check_frame_motion(hands[k - 1], now.port(f"measured_motion_{k}"))
+        self._object_motion(*hands, found.pose[QUATERNION], found.motions[:2])
+        check_half_defined(found.motions[MEASURED_MUTUAL])
+        return found.motions[OBJECT, :FRAME_STATE_SIZE]
+
+    def _check(
+        self,
+        now: Now,
+        hands: tuple[Array, Array],
+        wrenches: tuple[Array, Array],
+        found: FoundObject,
+    ) -> None:
+        """Raises an error, with the port's name, if the law cannot use a signal."""
+        self._object_start(now, hands, found)
+        for k in (1, 2):
+            check_signal(wrenches[k - 1], now.port(f"wrench_{k}"))
+        C, mutual = found.state[self.state.compliant], found.state[self.state.mutual]
+        self._impedance.check(now, now["desired_motion"], _NO_WRENCH, C)
+        if self._internal is not None:
+            within = Within(now, {}, {}, label=", mutual pose")
+            self._internal.check(within, AT_REST, _NO_WRENCH, mutual)
+            if is_set(mutual):
+                check_half_defined(mutual)
+        raise SignalError(f"{now.system}: the references of the hands are not finite.")
+
+    def _write_displacement(self, now: Now, value: Array) -> None:
+        C = now.found.motions[COMPLIANT]
+        value[:] = self._impedance.displacement(now["desired_motion"], C)
+
+    def _write_energy(self, now: Now, value: Array) -> None:
+        found = now.found
+        value[:] = self._impedance.energy(now, found.motions[COMPLIANT], found.wrenches[0])
+
+
+def _motion(row: int) -> Callable[[Now, Array], None]:
+    def write(now: Now, value: Array) -> None:
+        value[:] = now.found.motions[row]
+
+    return write
+
+
+def _wrench(row: int) -> Callable[[Now, Array], None]:
+    def write(now: Now, value: Array) -> None:
+        value[:] = now.found.wrenches[row]
+
+    return write
+
+
+def _write_pose(now: Now, value: Array) -> None:
+    value[:] = 0.0
+    value[:POSE_SIZE] = now.found.pose

@@ -1,0 +1,252 @@
+"""The six-DOF impedance: the motion of the compliant frame C from D and the wrench."""
+
+import logging
+
+import numpy as np
+
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.laws.frame_motion import (
+    FRAME_MOTION_SIZE,
+    FRAME_STATE_SIZE,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+)
+from geoimp_drake.laws.impedance import coupled_stiffness
+from geoimp_drake.laws.impedance.compliant_motion import (
+    compliant_motion,
+    frame_state_rate,
+    has_diverged,
+)
+from geoimp_drake.laws.impedance.families import OrientationImpedance
+from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
+from geoimp_drake.parts.part import Memory, Now, Output, held
+from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice, finite_array, spd_matrix
+
+__all__ = ["AXES", "Impedance"]
+
+AXES = ("both", "translation", "rotation", "none")
+
+_log = logging.getLogger("drake")
+
+# From here on a family warns that its representation is about to fail.
+_ILL_CONDITIONED = 10.0
+
+_UNSCALED = np.ones(2)
+
+
+class Impedance:
+    """The part of `ImpedanceIntegrator`; arguments and errors are the same.
+
+    Attributes:
+        family_law: of the orientation family, see `orientation_impedance.OrientationImpedance`.
+        write_rate: the law `compliant_motion.frame_state_rate`.
+    """
+
+    def __init__(
+        self,
+        M_p: Array,
+        D_p: Array,
+        K_p: Array,
+        rotation: OrientationImpedance,
+        axes: str = "both",
+        K_c: Array | None = None,
+    ):
+        choice(axes, "impedance axes", AXES)
+        self._M_p = spd_matrix(M_p, "M_p")
+        self._D_p = spd_matrix(D_p, "D_p")
+        self._K_p = spd_matrix(K_p, "K_p")
+        self._rotation = rotation
+        self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
+        self._rotates = axes in ("both", "rotation")
+        self._energies = Energies(self._M_p, self._D_p, self._K_p, rotation, self._K_c)
+        self.family_law = rotation.law
+        self._law = compiled(compliant_motion(self.family_law))
+        self.write_rate = compiled(frame_state_rate)
+        self._gains: tuple[Array, ...] = (
+            np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
+            np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
+            np.zeros((3, 3)) if self._K_c is None else self._K_c,
+            np.array([axes in ("both", "translation"), self._rotates, self._K_c is not None]),
+        )
+        self.has_domain = self._rotates and rotation.has_domain
+        self._has_conditioning = self._rotates and rotation.has_conditioning
+        self.inputs = {
+            "desired_motion": FRAME_MOTION_SIZE,
+            "wrench": 6,
+            "measured_motion": FRAME_MOTION_SIZE,
+            "stiffness_scale": 2,
+        }
+        # Zero, quaternion included: C has not started.
+        self.state = Memory(frame=np.zeros(FRAME_STATE_SIZE))
+        self.memory = Memory(last=AT_REST, reported=0.0)
+        signals = ("state", *self.inputs)
+        self.outputs = (
+            Output("compliant_motion", FRAME_MOTION_SIZE, self.find, signals),
+            held("last_compliant_motion", self.memory.last),
+            Output("displacement", 6, self._write_displacement, signals),
+            Output(
+                "energy",
+                len(ImpedanceEnergy.get_fields()),
+                self._write_energy,
+                signals,
+            ),
+        )
+
+    def _checked_coupling(self, K_c: Array, axes: str) -> Array:
+        if self._rotation.name != "quaternion" or axes != "both":
+            raise ConfigurationError(
+                f"A coupling K_c is defined for the orientation family 'quaternion' on both parts; "
+                f"here the family is '{self._rotation.name}' and the axes are '{axes}'."
+            )
+        coupling = finite_array(K_c, "K_c", (3, 3))
+        coupled_stiffness.check_positive_definite(self._K_p, self._rotation.K_o, coupling)
+        return coupling
+
+    def check_start(self, now: Now) -> None:
+        """Evaluates the law, so that initialization already refuses what it cannot use."""
+        now.output("compliant_motion")
+
+    def find(self, now: Now, motion: Array) -> None:
+        """Writes the motion of C (19,), accelerations included."""
+        state = now.state
+        if not is_set(state):
+            state = self.at_rest(now["measured_motion"], now.port("measured_motion"))
+        self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
+
+    def write_motion(
+        self, now: Now, desired: Array, wrench: Array, state: Array, motion: Array
+    ) -> None:
+        """Writes the motion of C, accelerations included.
+
+        Args:
+            now: has the stiffness factors and the ports' names.
+            desired: motion of D (19,).
+            wrench: at the end effector (6,).
+            state: of C (13,).
+            motion: where to write (19,).
+
+        Raises:
+            SignalError: a signal is not finite, a quaternion not unit, or C has diverged.
+            SingularityError: the attitude leaves the domain of the family.
+        """
+        if self.has_domain:
+            self.check(now, desired, wrench, state)
+        if not self._law(state, desired, wrench, *self.gains(now), motion):
+            self.check(now, desired, wrench, state)
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Starts C, or keeps its normalized quaternion."""
+        self.keep(memory, state, now, now.output("compliant_motion"))
+
+    def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
+        """Keeps the motion of C as a step begins.
+
+        Args:
+            memory: of this part, moved on.
+            state: of this part, moved on.
+            now: the inputs.
+            motion: of C (19,).
+        """
+        state[:] = motion[:FRAME_STATE_SIZE]
+        memory[self.memory.last] = motion
+        if self._has_conditioning and not memory[self.memory.reported]:
+            self._watch_conditioning(memory, now, motion[QUATERNION])
+
+    def rate(self, now: Now, rate: Array) -> None:
+        """Writes the derivative of C's state; a part without impedance follows D."""
+        motion = np.zeros(FRAME_MOTION_SIZE)
+        self.find(now, motion)
+        self.write_rate(motion, rate)
+
+    def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:
+        conditioning = self._rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)
+        if conditioning > _ILL_CONDITIONED:
+            memory[self.memory.reported] = 1.0
+            _log.warning(
+                f"{now.system}: at t = {now.time:.3f} s the orientation family "
+                f"'{self._rotation.name}' comes near its singularity, cond(T) = "
+                f"{conditioning:.1f}; its moments lose meaning there. The quaternion has none."
+            )
+
+    def at_rest(self, measured: Array, port: str) -> Array:
+        """Returns the state of C (13,) at rest on a measured motion (19,) from a port."""
+        check_frame_motion(measured, port)
+        state: Array = measured[:FRAME_STATE_SIZE].copy()
+        state[VELOCITY] = 0.0
+        return state
+
+    def gains(self, now: Now | None = None) -> tuple[Array, ...]:
+        """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
+
+        Args:
+            now: the inputs, `stiffness_scale` among them if connected; None for no factors.
+
+        Raises:
+            SignalError: a factor is not positive and finite.
+        """
+        if now is None or not now.has("stiffness_scale"):
+            return self._gains
+        p, o = now["stiffness_scale"]
+        if not (0 < p < np.inf and 0 < o < np.inf):
+            raise SignalError(
+                f"Port '{now.port('stiffness_scale')}' got {p:g} and {o:g}; both factors must "
+                f"be positive and finite."
+            )
+        translation, rotation = (gains.copy() for gains in self._gains[:2])
+        translation[2] *= p
+        rotation[2] *= o
+        return translation, rotation, *self._gains[2:]
+
+    def check(self, now: Now, desired: Array, wrench: Array, state: Array) -> None:
+        """Raises an error, with the port's name, if the law cannot use a signal.
+
+        Args:
+            now: has the ports' names.
+            desired: motion of D (19,).
+            wrench: at the end effector (6,).
+            state: of C (13,).
+
+        Raises:
+            SignalError: a signal is not finite, a quaternion not unit, or C has diverged.
+            SingularityError: the attitude leaves the domain of the family.
+        """
+        check_frame_motion(desired, now.port("desired_motion"))
+        check_signal(wrench, now.port("wrench"))
+        if has_diverged(state):
+            raise SignalError(
+                f"{now.system}: the motion of C has diverged, an entry of its state is "
+                f"{state[np.argmax(np.abs(state))]:.3g}. The integration step must stay well below "
+                f"M/D; shorten the simulator's max_step_size, or lower the damping or raise the "
+                f"mass of the impedance."
+            )
+        if self.has_domain:
+            C = quaternion.normalized(state[QUATERNION])
+            self._rotation.check_domain(desired[QUATERNION], C)
+
+    def displacement(self, D: Array, C: Array) -> Array:
+        """Returns the family's orientation displacement and Δp_dc (6,) of two motions (19,)."""
+        rotation = self._rotation.displacement(D[QUATERNION], C[QUATERNION])
+        return np.concatenate((rotation, D[POSITION] - C[POSITION]))
+
+    def energy(self, now: Now, C: Array, wrench: Array) -> Array:
+        """Returns ImpedanceEnergy (9,) [J, W].
+
+        Args:
+            now: the inputs, of which the motion of D and the factors are used.
+            C: motion of C (19,).
+            wrench: at the end effector (6,).
+        """
+        scale = now["stiffness_scale"] if now.has("stiffness_scale") else _UNSCALED
+        return self._energies.evaluate(now["desired_motion"], C, wrench, scale)
+
+    def _write_displacement(self, now: Now, value: Array) -> None:
+        C = now.output("compliant_motion")
+        value[:] = self.displacement(now["desired_motion"], C)
+
+    def _write_energy(self, now: Now, value: Array) -> None:
+        value[:] = self.energy(now, now.output("compliant_motion"), now["wrench"])

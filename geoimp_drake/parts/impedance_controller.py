@@ -1,0 +1,211 @@
+"""The whole impedance controller of one arm as one part."""
+
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
+from geoimp_drake.parts.signals import is_set
+from geoimp_drake.parts.within import Within
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.typing import Array
+
+__all__ = ["ImpedanceController"]
+
+
+class _Found:
+    """The motion of C (19), and the memory and the wrench from which it follows."""
+
+    __slots__ = ("memory", "motion", "wrench")
+
+    def __init__(self) -> None:
+        self.motion = np.zeros(FRAME_MOTION_SIZE)
+        self.memory = self.wrench = NOTHING
+
+
+class ImpedanceController:
+    """Makes the end effector of an arm compliant: `ImpedanceIntegrator` and the inner loop.
+
+    Laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls from
+    C++ into Python.
+
+    Args:
+        impedance: of the end effector.
+        loop: the arm's inner loop.
+        sensor: the wrist sensor; None if the wrench is an input.
+
+    Raises:
+        SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
+        SingularityError: six joints in an exactly singular posture, or the attitude leaves the
+            domain of an orientation law.
+
+    Ports:
+        input estimated_state: [q; v] of the model instance, in the plant's order (2n)
+        input desired_motion: of D in W (19)
+        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
+        output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
+        output compliant_motion: of C in W (19)
+        output measured_motion: of E in W from the joint readings; accelerations are zero (19)
+        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
+        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
+        output peak_effort: largest torque so far as a fraction of the limit (n)
+        output last_compliant_motion: of C when the last step began; a held state (19)
+        output smallest_singular_value: of the Jacobian of E, in rad and m (1)
+        output null_space_error: e_n of (3.37), zero for six joints (n)
+        output task_value: the task function w (1)
+
+        With a sensor, inputs for the plant's outputs replace `wrench`, and there are
+        outputs `wrench`, `wrench_true`, `peak_reading`; see `ForceTorqueSensor`.
+    """
+
+    def __init__(self, impedance: Impedance, loop: InnerLoop, sensor: WristSensors | None = None):
+        self._impedance, self._loop, self._sensor = impedance, loop, sensor
+        n = loop.model.num_joints
+        self.models = [loop.model]
+        self.inputs: dict[str, Any] = {
+            "estimated_state": 2 * n,
+            "desired_motion": FRAME_MOTION_SIZE,
+            **({"wrench": 6} if sensor is None else {}),
+            "stiffness_scale": 2,
+        }
+        reading, found, torque = ("memory", "estimated_state"), "found", ("found", "time")
+        self.found_of = "state", "memory", *self.inputs
+        self.inputs |= {} if sensor is None else sensor.plant_inputs
+        self.state = impedance.state
+        self.memory = Memory(
+            arm=loop.memory,
+            impedance=impedance.memory,
+            sensor=Memory() if sensor is None else sensor.memory,
+        )
+        self._sensed = slice(0)
+        if sensor is not None:
+            self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
+        self._last = nested(self.memory.impedance, impedance.memory.last)
+        self.samplings = [(loop.readings.period, self._read)]
+        if sensor is not None:
+            self.samplings.append((sensor.period, self._sense))
+        self.outputs = [
+            Output("actuation", n, self._write_torque, torque),
+            Output("compliant_motion", FRAME_MOTION_SIZE, _write_motion, (found,)),
+            Output("measured_motion", FRAME_MOTION_SIZE, self._write_measured, reading),
+            Output("displacement", 6, self._write_displacement, (found, "desired_motion")),
+            Output(
+                "energy",
+                len(ImpedanceEnergy.get_fields()),
+                self._write_energy,
+                (found, "desired_motion", "stiffness_scale"),
+            ),
+            held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
+            held("last_compliant_motion", self._last),
+            # With six joints it is wanted near a singularity, where there may be no torque.
+            Output("smallest_singular_value", 1, self._write_singular_value, reading),
+            Output("null_space_error", n, self._write_error, torque),
+            Output("task_value", 1, self._write_task_value, torque),
+        ]
+        if sensor is not None:
+            self.outputs += [
+                output.within(self._of_sensor, self.inputs) for output in sensor.outputs
+            ]
+
+    def new_workspace(self) -> tuple[Any, Any]:
+        """Returns those of the loop and of the sensor."""
+        sensor = None if self._sensor is None else self._sensor.new_workspace()
+        return self._loop.new_workspace(), sensor
+
+    def start(self, memory: Array, now: Now) -> None:
+        """Takes the first reading."""
+        self._loop.start(memory[self.memory.arm], now)
+
+    def check_start(self, now: Now) -> None:
+        """Evaluates the impedance, so that initialization already refuses what it cannot use."""
+        _ = now.found
+
+    def new_found(self) -> _Found:
+        """Returns what the motion of C is written to."""
+        return _Found()
+
+    def find(self, now: Now, found: _Found) -> None:
+        """Writes the motion of C."""
+        found.memory = memory = self._remembered(now)
+        found.wrench = now["wrench"] if self._sensor is None else memory[self._sensed]
+        state = now.state
+        if not is_set(state):
+            measured = np.empty(FRAME_MOTION_SIZE)
+            self._loop.write_motion(memory[self.memory.arm], now, measured)
+            state = self._impedance.at_rest(measured, now.port("estimated_state"))
+        desired = now["desired_motion"]
+        self._impedance.write_motion(now, desired, found.wrench, state, found.motion)
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Starts C, or normalizes its quaternion; compares the torques with the limits."""
+        self._impedance.keep(memory[self.memory.impedance], state, now, now.found.motion)
+        torque = now.output("actuation")
+        self._loop.compare_with_limits(memory[self.memory.arm], torque, now)
+
+    def rate(self, now: Now, rate: Array) -> None:
+        """Writes the derivative of C's state; a part without impedance follows D."""
+        found = _Found()
+        self.find(now, found)
+        self._impedance.write_rate(found.motion, rate)
+
+    def _read(self, memory: Array, now: Now) -> None:
+        self._loop.sample(memory[self.memory.arm], now)
+
+    def _sense(self, memory: Array, now: Now) -> None:
+        if self._sensor is not None:
+            place = memory[self.memory.sensor]
+            self._sensor.take(place, now, 1, [memory[self._last]])
+
+    def _remembered(self, now: Now) -> Array:
+        memory = now.memory
+        self._loop.pass_through(memory[self.memory.arm], now)
+        return memory
+
+    def _of_sensor(self, now: Now) -> Within:
+        """Returns the sensor's inputs; the plant's last step followed the last motion of C."""
+        memory = now.memory
+        given = {"reference_motion": memory[self._last]}
+        return Within(now, {}, given, memory[self.memory.sensor], place=1)
+
+    def _write_torque(self, now: Now, u: Array) -> None:
+        self._torque(now, u)
+
+    def _write_measured(self, now: Now, motion: Array) -> None:
+        self._loop.write_motion(self._remembered(now)[self.memory.arm], now, motion)
+
+    def _write_displacement(self, now: Now, value: Array) -> None:
+        value[:] = self._impedance.displacement(now["desired_motion"], now.found.motion)
+
+    def _write_energy(self, now: Now, value: Array) -> None:
+        value[:] = self._impedance.energy(now, now.found.motion, now.found.wrench)
+
+    def _write_singular_value(self, now: Now, value: Array) -> None:
+        memory = self._remembered(now)[self.memory.arm]
+        value[:] = self._loop.smallest_singular_value(memory, now)
+
+    def _write_error(self, now: Now, error: Array) -> None:
+        error[:], _ = self._report(now)
+
+    def _write_task_value(self, now: Now, value: Array) -> None:
+        _, value[:] = self._report(now)
+
+    def _report(self, now: Now) -> tuple[Array, float]:
+        """Returns e_n and w, both zero for six joints, even at a singularity."""
+        n = self._loop.model.num_joints
+        if not self._loop.is_redundant:
+            return np.zeros(n), 0.0
+        return self._torque(now, np.empty(n))
+
+    def _torque(self, now: Now, u: Array) -> tuple[Array, float]:
+        found: _Found = now.found
+        arm = found.memory[self.memory.arm]
+        return self._loop.write_torque(now, arm, found.motion, found.wrench, u)
+
+
+def _write_motion(now: Now, motion: Array) -> None:
+    motion[:] = now.found.motion

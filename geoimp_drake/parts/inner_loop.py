@@ -1,0 +1,209 @@
+"""The inner loop of one arm: from its reading, a reference motion and the wrench to the torques."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
+from geoimp_drake.arm.dynamics import ChainDynamics, Scratch
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.compositions.arm_quantities import measured_motion
+from geoimp_drake.laws.compositions.arm_torque import arm_torque, redundant_arm_torque
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
+from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
+from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.motion_control import MotionControl
+from geoimp_drake.parts.null_space import NullSpace
+from geoimp_drake.parts.part import Memory, Now
+from geoimp_drake.parts.signals import check_frame_motion, check_signal
+from geoimp_drake.parts.torque import Saturation
+from geoimp_drake.parts.within import Within
+from geoimp_drake.typing import Array
+
+__all__ = ["InnerLoop"]
+
+
+class InnerLoop:
+    """Evaluates the laws of five blocks in series in one compiled call.
+
+        JointReadings ─▶ ArmModel ─▶ MotionController ─▶ RedundancyResolver
+                                                      ─▶ InverseDynamicsInnerLoop
+
+    The laws are the blocks' own (laws/compositions/arm_torque.py). It is a piece of other parts;
+    its inputs are `estimated_state`, `reference_motion` and `wrench`.
+
+    Args:
+        model: the arm.
+        readings: how the joints are read.
+        motion: gains and law of the motion loop.
+        null_space: of an arm of more than six joints.
+        arm: its number where there are several, from one on; then the inputs' names end with it.
+
+    Attributes:
+        model: the arm.
+        readings: how the joints are read.
+        is_redundant: whether it has more than six joints.
+        memory: what has been read, the posture at the start, the largest torques.
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        readings: Readings,
+        motion: MotionControl,
+        null_space: NullSpace,
+        arm: int = 0,
+    ):
+        n = model.num_joints
+        self.model, self.readings = model, readings
+        suffix = f"_{arm}" if arm else ""
+        self._port, self._place = f"estimated_state{suffix}", max(arm - 1, 0)
+        self._names = {name: name + suffix for name in ("reference_motion", "wrench")}
+        self._label = f", arm {arm}" if arm else ""
+        self.is_redundant = n > TASK_DIMENSION
+        self._motion, self._null_space, self._saturation = motion, null_space, Saturation(model)
+        self.memory = Memory(
+            readings=readings.memory, posture=null_space.memory, peak=self._saturation.memory
+        )
+        law = motion.orientation_law
+        self._law: Callable[..., bool] = compiled(
+            redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
+        )
+        self._dynamics = ChainDynamics(model)
+        self._constants = model.state_order, model.actuation_order, *motion.gains
+        self._none = np.zeros(n)
+        self._measured = compiled(measured_motion)
+
+    def new_workspace(self) -> Scratch:
+        """Returns a context of the model's plant."""
+        return Scratch(self.model)
+
+    def start(self, memory: Array, now: Now) -> None:
+        """Takes the first reading, whose posture is the one from which targets may start."""
+        self.readings.start(memory[self.memory.readings], now, self._port)
+        q = memory[self.memory.readings][self.model.state_order[: self.model.num_joints]]
+        self._null_space.keep_start(memory[self.memory.posture], q)
+
+    def sample(self, memory: Array, now: Now) -> None:
+        """Takes another reading."""
+        self.readings.sample(memory[self.memory.readings], now, self._port)
+
+    def has_reading(self, memory: Array) -> bool:
+        """Whether there has been a reading."""
+        return bool(memory[self.memory.readings][self.readings.memory.count])
+
+    def pass_through(self, memory: Array, now: Now) -> Array:
+        """Returns a memory with a reading: before the first one, that of the port.
+
+        Args:
+            memory: of this part, which may be written.
+            now: the inputs.
+        """
+        self.readings.held(memory[self.memory.readings], now, self._port)
+        return memory
+
+    def write_motion(self, memory: Array, now: Now, motion: Array) -> None:
+        """Writes the motion of E in W from the reading, with zero accelerations.
+
+        Args:
+            memory: of this part, with a reading.
+            now: has the ports' names.
+            motion: where to write (19).
+
+        Raises:
+            SignalError: the reading is NaN or infinite.
+        """
+        reading = memory[self.memory.readings]
+        if not self._measured(self.model.state_order, reading, motion, *self._dynamics.chain):
+            self._check_reading(memory, now)
+
+    def write_torque(
+        self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
+    ) -> tuple[Array, float]:
+        """Writes the torques; returns e_n and w, both zero for six joints.
+
+        Args:
+            now: has the time and the ports' names.
+            memory: of this part, with a reading.
+            reference: motion of the frame to be tracked (19).
+            wrench: h by the end effector on the environment (6).
+            u: where to write, in the order of the model instance's actuators (n).
+
+        Raises:
+            SignalError: a signal is NaN or infinite, or the reference's quaternion is not unit.
+            SingularityError: six joints in an exactly singular posture, or the attitude leaves the
+                domain of the orientation law.
+        """
+        if self._motion.has_domain:
+            self._check_domain(now, memory, reference)
+        signals = memory[self.memory.readings], reference, wrench, u
+        if not self.is_redundant:
+            self._resolve(now, signals)
+            return self._none, 0.0
+        error = np.empty_like(self._none)
+        x = signals[0][self.model.state_order]
+        task = self._null_space.evaluate_task(
+            memory[self.memory.posture],
+            Within(now, {}, {}, place=self._place),
+            x,
+            lambda: self._dynamics.evaluate(None, x),
+        )
+        terms = task.gradient, task.gradient_rate, error, *self._null_space.arguments
+        self._resolve(now, signals, *terms)
+        return error, task.value
+
+    def smallest_singular_value(self, memory: Array, now: Now) -> float:
+        """Returns that of the Jacobian of E, in rad and m.
+
+        Args:
+            memory: of this part, with a reading.
+            now: has the ports' names.
+
+        Raises:
+            SignalError: the reading is NaN or infinite.
+        """
+        self._check_reading(memory, now)
+        return float(smallest_singular_value(self._jacobian(memory[self.memory.readings])))
+
+    def compare_with_limits(self, memory: Array, torque: Array, now: Now) -> None:
+        """Remembers the largest torques, and warns of new saturations.
+
+        Args:
+            memory: of this part, moved on.
+            torque: requested, in the order of the actuators (n) [Nm, N].
+            now: has the time and the system's name.
+        """
+        saturated = self._saturation.compare(memory[self.memory.peak], torque)
+        if len(saturated):
+            self._saturation.report(saturated, torque, now.system + self._label, now.time)
+
+    def _jacobian(self, readings: Array) -> Array:
+        return self._dynamics.evaluate(None, readings[self.model.state_order]).Jv_V_WE
+
+    def _check_reading(self, memory: Array, now: Now) -> None:
+        reading = memory[self.memory.readings][self.readings.memory.reading]
+        check_signal(reading, now.port(self._port))
+
+    def _check_domain(self, now: Now, memory: Array, reference: Array) -> None:
+        motion = np.empty(FRAME_MOTION_SIZE)
+        self.write_motion(memory, now, motion)
+        port = now.port(self._names["reference_motion"])
+        self._motion.check(reference, motion[QUATERNION], port)
+
+    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> None:
+        try:
+            if not self._law(*self._constants, *signals, *terms, *self._dynamics.chain):
+                self._check(now, *signals[:3])
+        except np.linalg.LinAlgError:
+            check_regular(self._jacobian(signals[0]))
+            raise
+
+    def _check(self, now: Now, readings: Array, reference: Array, wrench: Array) -> None:
+        """Raises SignalError, with the port's name, if the law cannot use a signal."""
+        check_signal(readings[self.readings.memory.reading], now.port(self._port))
+        check_frame_motion(reference, now.port(self._names["reference_motion"]))
+        check_signal(wrench, now.port(self._names["wrench"]))
+        check_regular(self._jacobian(readings))
+        raise SignalError(f"{now.system}{self._label}: the joint accelerations are not finite.")

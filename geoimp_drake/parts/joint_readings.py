@@ -1,0 +1,61 @@
+"""Joint readings: sampled positions, with measured or differenced velocities."""
+
+import numpy as np
+
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.motion_control.joint_reading import next_reading
+from geoimp_drake.parts.part import Memory, Now, Output
+from geoimp_drake.parts.signals import check_signal
+from geoimp_drake.typing import Array
+
+__all__ = ["Readings"]
+
+
+class Readings:
+    """The part of `JointReadings`; arguments and errors are the same."""
+
+    def __init__(self, num_positions: int, period: float = 1e-3, velocity: str = "measured"):
+        if not (np.isfinite(period) and period > 0):
+            raise ConfigurationError(f"The sampling period is {period:g} s; it must be positive.")
+        if velocity not in ("measured", "differenced"):
+            raise ConfigurationError(
+                f"Unknown velocity source '{velocity}'; valid ones: measured, differenced."
+            )
+        n = 2 * num_positions
+        self.period = period
+        self._sampling = period, velocity == "differenced"
+        self._law = compiled(next_reading)
+        self.inputs = {"state": n}
+        # The count is that of readings: none, the first, more.
+        self.memory = Memory(reading=np.zeros(n), count=0.0)
+        self.samplings = ((period, self.sample),)
+        self.outputs = (Output("estimated_state", n, self._write, ("memory", "state")),)
+
+    def start(self, memory: Array, now: Now, port: str = "state") -> None:
+        """Takes the first reading; `port` is the name of the input."""
+        state = now[port]
+        check_signal(state, now.port(port))
+        memory[self.memory.reading] = state
+        memory[self.memory.count] = 1.0
+
+    def sample(self, memory: Array, now: Now, port: str = "state") -> None:
+        """Takes another reading; `port` is the name of the input."""
+        state = now[port]
+        if not self._law(state, memory, *self._sampling, memory):
+            check_signal(state, now.port(port))
+
+    def held(self, memory: Array, now: Now, port: str = "state") -> Array:
+        """Returns a memory with a reading: before the first one, that of the port passes through.
+
+        Args:
+            memory: of this part, which may be written.
+            now: the inputs.
+            port: the name of the input.
+        """
+        if not memory[self.memory.count]:
+            memory[self.memory.reading] = now[port]
+        return memory
+
+    def _write(self, now: Now, reading: Array) -> None:
+        reading[:] = self.held(now.memory, now)[self.memory.reading]

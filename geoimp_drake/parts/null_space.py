@@ -1,0 +1,101 @@
+"""The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.dynamics import Scratch
+from geoimp_drake.arm.state import ArmState
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
+    SingularityDamping,
+)
+from geoimp_drake.parts.part import Memory, Now
+from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import check, spd_matrix
+
+__all__ = ["NullSpace"]
+
+
+class NullSpace:
+    """How the null-space motion is controlled, and the posture from which targets may start.
+
+    That posture is the whole memory, NaN until it has been kept.
+
+    Args:
+        model: the arm.
+        K_n: gain of e_n, symmetric positive definite (n×n), or a number k for k I [Nms/rad, Ns/m].
+        k_beta: gain of the task function.
+        task: the task function w; none by default.
+        weight: a constant W, symmetric positive definite (n×n); by default W = B  (3.36).
+        damping: near singularities.
+
+    Attributes:
+        arguments: K_n, k_β, W and its inverse, whether W = B, σ₀ and λ₀, for a compiled law.
+
+    Raises:
+        ConfigurationError: a number cannot be used.
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        K_n: float | Array = 20.0,
+        k_beta: float = 0.0,
+        task: TaskFunction | None = None,
+        weight: Array | None = None,
+        damping: SingularityDamping | None = None,
+    ):
+        n = model.num_joints
+        if not np.isfinite(k_beta):
+            raise ConfigurationError(f"k_beta is {k_beta}; it must be finite.")
+        damping = damping or SingularityDamping()
+        check(damping, "damping")
+        self._model, self._task = model, task or NoTask()
+        self._is_idle = isinstance(self._task, NoTask)
+        self._none = np.zeros(n)
+        K = spd_matrix(np.asarray(K_n), "K_n", n)
+        weights = np.zeros((2, n, n))
+        if weight is not None:
+            W = spd_matrix(weight, "weight", n)
+            weights = np.array([W, np.linalg.inv(W)])
+        limits = damping.threshold, damping.factor
+        self.arguments = K, float(k_beta), weights, weight is None, *limits
+        self.memory = Memory(start_posture=np.full(n, np.nan))
+
+    def keep_start(self, memory: Array, q: Array) -> None:
+        """Keeps the posture from which targets may start, if none has been kept.
+
+        Args:
+            memory: of this object (n,).
+            q: joint positions (n,).
+        """
+        if np.isnan(memory[0]):
+            memory[:] = q
+
+    def evaluate_task(
+        self, memory: Array, now: Now, x: Array, evaluate: Callable[[], ArmState]
+    ) -> TaskValue:
+        """Returns w and its derivatives.
+
+        Args:
+            memory: of this object (n,).
+            now: has the time; its workspace is a `Scratch` of the model.
+            x: [q; v] (2n,) in the model's order.
+            evaluate: returns the arm, for a task function that uses it.
+        """
+        n = len(self._none)
+        if self._is_idle:
+            return TaskValue(0.0, 0.0, self._none, self._none)
+        scratch: Scratch = now.workspace
+        instant = Instant(
+            now.time,
+            x[:n],
+            x[n:],
+            x[:n] if np.isnan(memory[0]) else memory,
+            evaluate,
+            lambda: scratch.at(x),
+        )
+        return self._task.evaluate(instant)

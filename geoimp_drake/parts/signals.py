@@ -1,0 +1,39 @@
+"""Checks of input signals; each error names the port and the number."""
+
+import numpy as np
+
+from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.frame_motion import QUATERNION, is_finite
+from geoimp_drake.rotations import quaternion
+from geoimp_drake.typing import Array
+
+__all__ = ["AT_REST", "check_frame_motion", "check_signal", "is_set"]
+
+# The motion of a frame that rests at W's origin.
+AT_REST = np.array([1.0, *[0.0] * 18])
+AT_REST.flags.writeable = False
+
+
+def is_set(pose: Array) -> bool:
+    """Whether a pose, or a vector that begins with one, has been written; it is declared as zero.
+
+    Args:
+        pose: quaternion first.
+    """
+    return bool(pose[0] or pose[1] or pose[2] or pose[3])
+
+
+def check_signal(value: Array, port: str) -> None:
+    """Raises SignalError if a value at a port is NaN or infinite."""
+    if not is_finite(value):
+        bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
+        raise SignalError(
+            f"Port '{port}' got {bad or 'values that overflow when squared'} (index: value); every "
+            f"entry must be finite. Look at the system that feeds this port."
+        )
+
+
+def check_frame_motion(motion: Array, port: str) -> None:
+    """Raises SignalError if a frame motion is not finite or its quaternion is not unit."""
+    check_signal(motion, port)
+    quaternion.check_unit(motion[QUATERNION], f"Port '{port}': its quaternion")

@@ -1,0 +1,74 @@
+"""What a part within another one sees."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from geoimp_drake.parts.part import NOTHING, Now
+from geoimp_drake.typing import Array
+
+__all__ = ["Within"]
+
+
+class Within(dict[str, Any]):
+    """A `Now` for a part within another one, with names and places of its own.
+
+    Args:
+        now: what the outer part is given.
+        names: of the outer part's inputs, by those of the inner one; others are the same.
+        given: values that replace inputs.
+        memory: of the inner part.
+        state: of the inner part.
+        place: of the inner part's workspace in the outer one's.
+        label: put behind the system's name in messages.
+    """
+
+    __slots__ = ("_label", "_names", "_now", "_place", "memory", "state")
+
+    def __init__(
+        self,
+        now: Now,
+        names: Mapping[str, str],
+        given: Mapping[str, Any],
+        memory: Array = NOTHING,
+        state: Array = NOTHING,
+        place: int = 0,
+        label: str = "",
+    ):
+        super().__init__(given)
+        self._now, self._names, self._place, self._label = now, names, place, label
+        self.memory, self.state = memory, state
+
+    def __missing__(self, name: str) -> Any:
+        return self._now[self._names.get(name, name)]
+
+    @property
+    def time(self) -> float:
+        """The time [s]."""
+        return self._now.time
+
+    @property
+    def system(self) -> str:
+        """The name of the system, for messages."""
+        return self._now.system + self._label
+
+    @property
+    def found(self) -> Any:
+        """What the outer part has found."""
+        return self._now.found
+
+    @property
+    def workspace(self) -> Any:
+        """What the inner part works with."""
+        return self._now.workspace[self._place]
+
+    def has(self, name: str) -> bool:
+        """Whether an input is connected."""
+        return name in self or self._now.has(self._names.get(name, name))
+
+    def port(self, name: str) -> str:
+        """The full name of an input, for errors."""
+        return self._now.port(self._names.get(name, name))
+
+    def output(self, name: str) -> Array:
+        """The value of one of the outer part's outputs."""
+        return self._now.output(self._names.get(name, name))

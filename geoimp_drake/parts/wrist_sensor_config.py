@@ -1,0 +1,104 @@
+"""A wrist sensor's errors, load and mounting."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.tree import BodyIndex
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import (
+    UNBOUNDED,
+    choice,
+    finite_array,
+    finite_vector,
+    key,
+    non_negative,
+    positive,
+)
+
+__all__ = ["SensorMounting", "ToolLoad", "WristSensor", "WristSensorConfig"]
+
+
+@dataclass
+class WristSensorConfig:
+    """Sampling, errors and range of a wrist sensor; the default is ideal, read every 1 ms."""
+
+    period: float = 1e-3  # [s]
+    # Beyond these the reading is clipped, and reported.
+    force_range: float = field(default=np.inf, metadata=UNBOUNDED)  # [N]
+    moment_range: float = field(default=np.inf, metadata=UNBOUNDED)  # [Nm]
+    force_resolution: float = 0.0  # quantisation step, zero for none [N]
+    moment_resolution: float = 0.0  # [Nm]
+    force_noise: float = 0.0  # standard deviation of a sample [N]
+    moment_noise: float = 0.0  # [Nm]
+    bias: Array = field(default_factory=lambda: np.zeros(6))  # [moment; force] in S
+    filter_cutoff: float = 0.0  # of the first-order low-pass, zero for none [Hz]
+    inertial_load: str = "none"  # of the tool, removed by: none, plant, reference
+    seed: int = 0  # of the noise
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.period, key(name, "period"), "s")
+        for part in ("force_range", "moment_range"):
+            if not getattr(self, part) > 0:
+                raise ConfigurationError(
+                    f"{key(name, part)} is {getattr(self, part):g}; it must be positive (.inf for "
+                    f"none)."
+                )
+        for part in (
+            "force_resolution",
+            "moment_resolution",
+            "force_noise",
+            "moment_noise",
+            "filter_cutoff",
+            "seed",
+        ):
+            non_negative(getattr(self, part), key(name, part))
+        finite_vector(self.bias, key(name, "bias"), 6)
+        choice(self.inertial_load, key(name, "inertial_load"), ("none", "plant", "reference"))
+
+
+@dataclass
+class ToolLoad:
+    """The tool's load on a sensor, which is removed from its reading."""
+
+    mass: float = 0.0  # [kg]
+    centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # p_SC in S [m]
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about C, in S [kg m²]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.mass, key(name, "mass"), "kg")
+        finite_vector(self.centre_of_mass, key(name, "centre_of_mass"), 3)
+        finite_array(self.inertia, key(name, "inertia"), (3, 3))
+
+
+@dataclass(frozen=True)
+class SensorMounting:
+    """Where the sensor is mounted in its plant.
+
+    Frames: S the weld joint's frame on its child body; T the tool, the body on the joint's far
+    side; E the end effector.
+    """
+
+    joint: int  # its place among the plant's joints, in whose order the reaction forces are
+    tool_body: BodyIndex
+    X_TS: RigidTransform
+    X_TE: RigidTransform
+    gravity: Array  # in W (3) [m/s²]
+    sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
+    path: Array | None = None  # to the tool, see `kinematic_tree.path_to`; None takes `body_poses`
+    num_states: int = 0  # of the plant, if there is a path
+
+
+@dataclass(frozen=True)
+class WristSensor:
+    """One sensor: its mounting, its tool and its configuration."""
+
+    mounting: SensorMounting
+    tool: ToolLoad
+    config: WristSensorConfig
+    initial_wrench: Array | None = None  # h until the first sample (6), zero unless given [Nm, N]
+    name: str = ""  # in warnings; that of the system if empty
