@@ -30,8 +30,8 @@ class _Found:
 class ImpedanceController:
     """Makes the end effector of an arm compliant: `ImpedanceIntegrator` and the inner loop.
 
-    Laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls from
-    C++ into Python.
+    Ports, laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls
+    from C++ into Python.
 
     Args:
         impedance: of the end effector.
@@ -42,25 +42,6 @@ class ImpedanceController:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
         SingularityError: six joints in an exactly singular posture, or the attitude leaves the
             domain of an orientation law.
-
-    Ports:
-        input estimated_state: [q; v] of the model instance, in the plant's order (2n)
-        input desired_motion: of D in W (19)
-        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
-        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
-        output actuation: torques in the order of the model instance's actuators (n) [Nm or N]
-        output compliant_motion: of C in W (19)
-        output measured_motion: of E in W from the joint readings; accelerations are zero (19)
-        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
-        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
-        output peak_effort: largest torque so far as a fraction of the limit (n)
-        output last_compliant_motion: of C when the last step began; a held state (19)
-        output smallest_singular_value: of the Jacobian of E, in rad and m (1)
-        output null_space_error: e_n of (3.37), zero for six joints (n)
-        output task_value: the task function w (1)
-
-        With a sensor, inputs for the plant's outputs replace `wrench`, and there are
-        outputs `wrench`, `wrench_true`, `peak_reading`; see `ForceTorqueSensor`.
     """
 
     def __init__(self, impedance: Impedance, loop: InnerLoop, sensor: WristSensors | None = None):

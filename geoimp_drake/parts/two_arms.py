@@ -25,6 +25,8 @@ class TwoArms:
 
         InnerLoop ── measured motions ─▶ HeldObject ── references ─▶ InnerLoop ─▶ actuation
 
+    Ports, laws and numbers are those of the blocks of `make_cooperative_controller`.
+
     Args:
         held_object: from hands to their references.
         loops: of both arms; their readings are taken together.
@@ -35,40 +37,6 @@ class TwoArms:
         OutOfDomainError: the hands have turned by more than 355° against each other.
         SingularityError: six joints in an exactly singular posture, or an attitude leaves the
             domain of an orientation law.
-
-    Ports:
-        input estimated_state_1: [q; v] of the first arm of n joints, in the plant's order (2n)
-        input estimated_state_2: the same of the second (2n)
-        input desired_motion: of D, the object's, in W (19)
-        input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
-        input wrench_1: h = [μ; f] by the first hand on its environment, about Eo, in W (6)
-        input wrench_2: the same by the second (6)
-        output compliant_motion: of C, the object's, in W (19)
-        output displacement: of D from C: [orientation displacement; Δp_dc] (6)
-        output energy: energies and powers of the impedance, `ImpedanceEnergy` (9)
-        output object_motion: of O in W as measured (19)
-        output object_wrench: by the object on its environment, about Oo, in W (6)
-        output internal_wrench: ½(h_2 − h_1), in W (6)
-        output mutual_motion: the measured mutual pose, see `CooperativeKinematics` (19)
-        output mutual_reference: the grasp's mutual pose ¹Q_21, ᵒΔp_21, at rest (19)
-        output reference_motion_1: of the first hand in W (19)
-        output reference_motion_2: of the second (19)
-        output opened: which grasps have opened, and when, see `GraspMonitor` (3)
-        output release: which grippers are to open, see `ReferenceHold` (2)
-        output last_reference_motion_1: of the first hand when the last step began (19)
-        output last_reference_motion_2: of the second (19)
-        output actuation_1: torques in the order of the first arm's actuators (n) [Nm or N]
-        output measured_motion_1: of the first hand from the readings; no accelerations (19)
-        output peak_effort_1: largest torque so far as a fraction of the limit (n)
-        output actuation_2: the same of the second (n)
-        output measured_motion_2: the same of the second (19)
-        output peak_effort_2: the same of the second (n)
-
-        Without a watch there are no ports `opened` and `release`. With sensors, inputs for the
-        plant's outputs (`reaction_forces` and `state`, or what else `ForceTorqueSensors` reads)
-        replace `wrench_1` and `wrench_2`, and there are outputs `wrench_1`,
-        `wrench_true_1`, `peak_reading_1` and those of the second in the place of
-        `last_reference_motion_1` and `_2`.
     """
 
     def __init__(
