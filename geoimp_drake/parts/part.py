@@ -10,7 +10,7 @@ no memory, `memory` is an empty `Memory`.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -63,8 +63,9 @@ class Memory:
     def __len__(self) -> int:
         return len(self.start)
 
-    def __getattr__(self, name: str) -> Any:  # the places are set by name
-        raise AttributeError(f"There is no place '{name}' in the memory.")
+    if TYPE_CHECKING:  # the places are set by name; at run time this would slow every look-up
+
+        def __getattr__(self, name: str) -> Any: ...
 
 
 class Now(Protocol):

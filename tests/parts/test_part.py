@@ -44,7 +44,7 @@ def test_memory_has_a_place_for_each_name_and_what_stands_there_at_the_start():
     np.testing.assert_array_equal(vector, [1.0, 2.0, 3.0, 7.0, 7.0, 7.0])
     assert len(memory) == 6
     assert not Memory()
-    with pytest.raises(AttributeError, match="no place 'peek'"):
+    with pytest.raises(AttributeError, match="'peek'"):
         _ = memory.peek
 
 
