@@ -90,13 +90,10 @@ def make_impedance_controller(
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
     impedance = config.impedance.make()
     arm = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy, task_function)
-    compiles = config.form == "compiled"
     sensors = None
     if sensor is not None:
-        sensors = WristSensors(
-            [sensor], reference_is_held=compiles, suffixes=[""], all_of_them=False
-        )
-    if compiles:
+        sensors = WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
+    if config.form == "compiled":
         controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
     else:
         controller = _of_blocks(impedance, arm, sensors)
@@ -129,6 +126,6 @@ def _of_blocks(impedance: Impedance, arm: InnerLoopParts, sensors: WristSensors 
             builder,
             sensors,
             {"wrench": wrenches},
-            {"reference_motion": compliant.GetOutputPort("compliant_motion")},
+            {"reference_motion": compliant.GetOutputPort("last_compliant_motion")},
         )
     return builder.Build()

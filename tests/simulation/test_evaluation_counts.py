@@ -25,12 +25,12 @@ COMPILED = {
     "bar": {"seven_six_cooperative_controller": 6},  # torques of two arms
 }
 BLOCKS = {
-    "impedance": 3,  # its step, its motion, its derivatives
+    "impedance": 4,  # its step, its motion and that of the last step, its derivatives
     "joint_readings": 2,  # a sample and what it says
     "motion_control": 1,
     "redundancy": 1,
     "inverse_dynamics": 2,  # torques, and their limits
-    "wrist_sensors": 3,  # a sample, what it says, and the motion that the step follows
+    "wrist_sensors": 2,  # a sample and what it says
 }
 PORTS = {
     ("plexiglas", "compiled"): 6,
