@@ -3,7 +3,7 @@
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compiled
-from geoimp_drake.laws.frame_motion import QUATERNION
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
 from geoimp_drake.laws.impedance.families import make_family
 from geoimp_drake.laws.motion_control.orientation_control import orientation_law
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
@@ -42,7 +42,7 @@ class MotionControl:
         # The family of the same name knows where the orientation error is defined.
         self._family = make_family(orientation, np.eye(3), np.eye(3), np.eye(3))
         self.has_domain = self._family.has_domain
-        self.inputs = {"reference_motion": 19, "arm": object()}
+        self.inputs = {"reference_motion": FRAME_MOTION_SIZE, "arm": object()}
         self.memory = Memory()
         self.outputs = (Output("task_acceleration", 6, self._write, tuple(self.inputs)),)
 

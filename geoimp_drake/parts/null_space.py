@@ -8,9 +8,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.dynamics import Scratch
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
-    SingularityDamping,
-)
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
 from geoimp_drake.typing import Array

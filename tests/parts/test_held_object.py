@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from object_alone import ObjectAlone, object_of_blocks
+from port_values import largest_difference, ports
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import Diagram
 from signal_sources import Rig, Signal
 from two_arms import FORMS, ControlledPair, make_controlled_pair
 
@@ -119,24 +120,6 @@ def pretended(sign: float) -> Signal:
         return sign * np.array([0.5, -0.3, 0.4, 6.0, -8.0, 5.0]) * swing + 0.2 * np.arange(6.0)
 
     return wrench
-
-
-def ports(system: System, context: Context) -> dict[str, np.ndarray]:
-    """Returns what each output port says."""
-    outputs = map(system.get_output_port, range(system.num_output_ports()))
-    return {port.get_name(): port.Eval(context).copy() for port in outputs}
-
-
-def largest_difference(ours: dict[str, np.ndarray], others: dict[str, np.ndarray]) -> float:
-    """Returns the largest difference relative to the largest entry of its port, or to 0.01."""
-    assert ours.keys() == others.keys()
-    away = {
-        name: float(np.abs(ours[name] - value).max() / max(np.abs(value).max(), 1e-2))
-        for name, value in others.items()
-    }
-    worst = max(away, key=lambda name: away[name])
-    print(f"largest difference: {worst}, {away[worst]:.1e}")
-    return away[worst]
 
 
 # Two arms.

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from arms import POSTURES, ArmPlant, make_arm_plant
+from port_values import largest_difference, ports
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
@@ -105,29 +106,11 @@ CASES = {
 every_case = pytest.mark.parametrize("name", CASES)
 
 
-def ports(system: System, context: Context) -> dict[str, np.ndarray]:
-    """Returns what each output port says."""
-    outputs = map(system.get_output_port, range(system.num_output_ports()))
-    return {port.get_name(): port.Eval(context).copy() for port in outputs}
-
-
 def everything(arm: ControlledArm) -> dict[str, np.ndarray]:
     """Returns the plant's state and what every port of the controller says."""
     context = arm.controller.GetMyContextFromRoot(arm.context)
     state = arm.rig.plant.GetPositionsAndVelocities(arm.plant_context)
     return {"state": state, **ports(arm.controller, context)}
-
-
-def largest_difference(ours: dict[str, np.ndarray], others: dict[str, np.ndarray]) -> float:
-    """Returns the largest difference relative to the largest entry of its port, or to 0.01."""
-    assert ours.keys() == others.keys()
-    away = {
-        name: float(np.abs(ours[name] - value).max() / max(np.abs(value).max(), 1e-2))
-        for name, value in others.items()
-    }
-    worst = max(away, key=lambda name: away[name])
-    print(f"largest difference: {worst}, {away[worst]:.1e}")
-    return away[worst]
 
 
 def assert_the_same(compiled: ControlledArm, blocks: ControlledArm) -> None:
