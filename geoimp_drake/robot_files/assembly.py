@@ -41,11 +41,21 @@ class ArmAssembly:
         self._plant = plant
         self._instance = instance
         self._E = E
+        self._neighbours = self._joined()
         self.changes: list[str] = []
 
     def joints(self) -> list[Joint]:
         """Returns the robot's joints, whichever there are now."""
         return [self._plant.get_joint(k) for k in self._plant.GetJointIndices(self._instance)]
+
+    def parted(self) -> list[tuple[str, str]]:
+        """Returns the links, in pairs, that a joint of the file connects and none does any more."""
+        return sorted(self._neighbours - self._joined())
+
+    def _joined(self) -> set[tuple[str, str]]:
+        world = self._plant.world_body().name()
+        pairs = {(j.parent_body().name(), j.child_body().name()) for j in self.joints()}
+        return {pair for pair in pairs if world not in pair}
 
     def path(self) -> list[Joint]:
         """Returns the joints from the base to the end effector."""

@@ -15,6 +15,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.assembly import ArmAssembly
+from geoimp_drake.robot_files.collision_filters import filter_collisions
 from geoimp_drake.robot_files.description import Description, read_description
 from geoimp_drake.robot_files.geometry import GEOMETRY, leave_out_geometry, place_meshes
 from geoimp_drake.robot_files.inertia import (
@@ -123,8 +124,10 @@ def load_robot(
         folders,
     )
     with _silent():
-        _check(recipe, followers)
-    robot = recipe.add_to(plant)
+        parted = _check(recipe, followers)
+    if plant.get_adjacent_bodies_collision_filters():
+        filter_collisions(description, parted)
+    robot, _ = recipe.add_to(plant)
     done = "; ".join(robot.changes) or "nothing had to be changed"
     _log.info(f"Robot '{name}' from {file.name}: {done}.")
     return robot
@@ -142,7 +145,7 @@ class _Recipe:
     X_WB: RigidTransform
     packages: Mapping[str, Path]
 
-    def add_to(self, plant: MultibodyPlant) -> LoadedRobot:
+    def add_to(self, plant: MultibodyPlant) -> tuple[LoadedRobot, ArmAssembly]:
         instance = parse(self.description, plant, self.packages)
         plant.RenameModelInstance(instance, self.name)
         E = self._end_effector(plant, instance)
@@ -152,7 +155,7 @@ class _Recipe:
         sensor = arm.sensor_joint(self.sensor_joint)
         arm.add_actuators(self.description.effort_limits())
         changes = (*self.description.changes, *arm.changes)
-        return LoadedRobot(instance, E, sensor, changes)
+        return LoadedRobot(instance, E, sensor, changes), arm
 
     def _end_effector(self, plant: MultibodyPlant, instance: ModelInstanceIndex) -> Frame:
         F = find_frame(self.description, plant, instance, self.end_effector)
@@ -202,10 +205,13 @@ def _estimate_masses(description: Description) -> None:
         )
 
 
-def _check(recipe: _Recipe, followers: set[str]) -> None:
-    """Raises the error by which the robot cannot be used, before the user's plant is touched."""
+def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
+    """Raises the error by which the robot cannot be used, before the user's plant is touched.
+
+    Returns the neighbours that are none any more, see `ArmAssembly.parted`.
+    """
     plant, _scene_graph = _trial_plant()
-    robot = recipe.add_to(plant)
+    robot, assembly = recipe.add_to(plant)
     try:
         plant.Finalize()
     except RuntimeError as error:
@@ -219,6 +225,7 @@ def _check(recipe: _Recipe, followers: set[str]) -> None:
                 f"freely. Choose a frame before it, or take the coupling out of the file."
             )
     _check_carried(model, recipe)
+    return assembly.parted()
 
 
 def _check_carried(model: ControlModel, recipe: _Recipe) -> None:

@@ -1,0 +1,37 @@
+"""Pairs of links between which no contact is looked for, written into a robot's description."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+
+from geoimp_drake.robot_files.description import Description
+
+__all__ = ["filter_collisions"]
+
+
+def filter_collisions(description: Description, pairs: Iterable[tuple[str, str]]) -> None:
+    """Has Drake look for no contact between the links of each pair.
+
+    Drake takes filters from a description alone until the plant is finalized.
+    """
+    root = description.root
+    model = root.find("model") if description.format == "sdf" else root
+    for number, links in enumerate(pairs):
+        if description.format == "xml":
+            ET.SubElement(ET.SubElement(root, "contact"), "exclude", body1=links[0], body2=links[1])
+        elif model is not None:
+            _filter_group(model, description.format, f"neighbours_{number}", links)
+
+
+def _filter_group(model: ET.Element, format: str, name: str, links: Iterable[str]) -> None:
+    """Adds Drake's own element for links between which no contact is looked for."""
+    group = ET.SubElement(model, "drake:collision_filter_group", name=name)
+    for link in links:
+        _entry(group, "drake:member", format, link=link)
+    _entry(group, "drake:ignored_collision_filter_group", format, name=name)
+
+
+def _entry(group: ET.Element, tag: str, format: str, **attribute: str) -> None:
+    """Adds an element whose value is an attribute in a URDF and the text in an SDF."""
+    entry = ET.SubElement(group, tag, attribute if format == "urdf" else {})
+    if format == "sdf":
+        (entry.text,) = attribute.values()
