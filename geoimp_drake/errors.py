@@ -1,5 +1,9 @@
 """The errors that this library raises: each names the cause, the number and what to do."""
 
+import contextlib
+import re
+from collections.abc import Iterator
+
 __all__ = [
     "ConfigurationError",
     "GeoimpError",
@@ -7,7 +11,14 @@ __all__ = [
     "OutOfDomainError",
     "SignalError",
     "SingularityError",
+    "drake_errors",
 ]
+
+# What pydrake raises for what C++ throws.
+DRAKE_RAISES = (RuntimeError, ValueError, IndexError)
+_ABORT = re.compile(
+    r"(abort: )?Failure at \S*?(?P<where>[^/\s]+ in .+?\(\)): (?P<what>.*)", re.DOTALL
+)
 
 
 class GeoimpError(ValueError):
@@ -32,3 +43,28 @@ class SingularityError(GeoimpError):
 
 class OutOfDomainError(SingularityError):
     """A relative orientation has left the domain in which its representation is defined."""
+
+
+@contextlib.contextmanager
+def drake_errors(
+    kind: type[GeoimpError], what: str, raised: tuple[type[Exception], ...] = DRAKE_RAISES
+) -> Iterator[None]:
+    """Turns what Drake raises into one line of an error of this library.
+
+    Args:
+        kind: of the error; those that are this library's already pass as they are.
+        what: is said before Drake's own words: the user's file or arm.
+        raised: beside SystemExit, by which Drake would end the process where one of its own
+            assertions fails. Anybody else's SystemExit passes.
+    """
+    caught: tuple[type[BaseException], ...] = (SystemExit, *raised)
+    try:
+        yield
+    except GeoimpError:
+        raise
+    except caught as error:
+        failed = _ABORT.match(str(error))
+        if isinstance(error, SystemExit) and failed is None:
+            raise
+        said = str(error) if failed is None else f"{failed['what']} ({failed['where']})"
+        raise kind(f"{what}: {' '.join(said.split())}") from error

@@ -23,7 +23,7 @@ from pydrake.multibody.tree import (
 
 from geoimp_drake.arm.copy_arm import copy_arm
 from geoimp_drake.arm.kinematic_tree import Chain, KinematicTree
-from geoimp_drake.errors import ModelError
+from geoimp_drake.errors import ModelError, drake_errors
 from geoimp_drake.typing import Array
 
 __all__ = ["TASK_DIMENSION", "ControlModel"]
@@ -96,8 +96,10 @@ class ControlModel:
         actuators = _actuators_of(plant, model_instance, chain)
         model = MultibodyPlant(time_step=0.0)
         model.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
-        E = copy_arm(tree, chain, actuators, end_effector_frame, model, model_instance)
-        model.Finalize()
+        arm = f"'{plant.GetModelInstanceName(model_instance)}' cannot be modelled"
+        with drake_errors(ModelError, arm):
+            E = copy_arm(tree, chain, actuators, end_effector_frame, model, model_instance)
+            model.Finalize()
         return ControlModel(
             plant=model,
             end_effector=E,

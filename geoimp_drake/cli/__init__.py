@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from geoimp_drake.cli.commands import FAILURE, UNUSABLE
 from geoimp_drake.cli.parser import make_parser
-from geoimp_drake.errors import GeoimpError
+from geoimp_drake.errors import GeoimpError, ModelError, drake_errors
 
 __all__ = ["main"]
 
@@ -19,7 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit status."""
     options = make_parser().parse_args(arguments)
     try:
-        with _log_on_terminal():
+        with _log_on_terminal(), drake_errors(ModelError, "Drake", raised=()):
             return int(options.command(options))
     except GeoimpError as error:
         print(f"geoimp: {error}", file=sys.stderr)

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, WeldJoint
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.errors import ModelError
+from geoimp_drake.errors import ModelError, drake_errors
 from geoimp_drake.robot_files.assembly import ArmAssembly
 from geoimp_drake.robot_files.collision_filters import filter_collisions
 from geoimp_drake.robot_files.description import Description, read_description
@@ -104,30 +104,33 @@ def load_robot(
     file = Path(file)
     choice(geometry, "geometry", GEOMETRY)
     _check_plant(plant, name)
-    description = read_description(file)
-    folders = {package: find_package(package, file, packages or {}) for package in packages or {}}
-    check_inertias(description)
-    followers = description.take_out_followers()
-    if geometry == "leave-out":
-        leave_out_geometry(description)
-    else:
-        convert = geometry == "convert"
-        place_meshes(description, folders, convert=convert, cache=cache)
-    _estimate_masses(description)
-    recipe = _Recipe(
-        description,
-        name,
-        end_effector,
-        offset or RigidTransform(),
-        sensor_joint,
-        base_pose or RigidTransform(),
-        folders,
-    )
-    with _silent():
-        parted = _check(recipe, followers)
-    if plant.get_adjacent_bodies_collision_filters():
-        filter_collisions(description, parted)
-    robot, _ = recipe.add_to(plant)
+    with drake_errors(ModelError, f"Drake cannot use {file}"):
+        description = read_description(file)
+        folders = {
+            package: find_package(package, file, packages or {}) for package in packages or {}
+        }
+        check_inertias(description)
+        followers = description.take_out_followers()
+        if geometry == "leave-out":
+            leave_out_geometry(description)
+        else:
+            convert = geometry == "convert"
+            place_meshes(description, folders, convert=convert, cache=cache)
+        _estimate_masses(description)
+        recipe = _Recipe(
+            description,
+            name,
+            end_effector,
+            offset or RigidTransform(),
+            sensor_joint,
+            base_pose or RigidTransform(),
+            folders,
+        )
+        with _silent():
+            parted = _check(recipe, followers)
+        if plant.get_adjacent_bodies_collision_filters():
+            filter_collisions(description, parted)
+        robot, _ = recipe.add_to(plant)
     done = "; ".join(robot.changes) or "nothing had to be changed"
     _log.info(f"Robot '{name}' from {file.name}: {done}.")
     return robot
@@ -212,10 +215,7 @@ def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
     """
     plant, _scene_graph = _trial_plant()
     robot, assembly = recipe.add_to(plant)
-    try:
-        plant.Finalize()
-    except RuntimeError as error:
-        raise ModelError(f"Drake refuses {recipe.description.file}: {error}") from error
+    plant.Finalize()
     model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
     for joint in model.joint_names:
         if joint in followers:

@@ -7,7 +7,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex
 
-from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.errors import ConfigurationError, ModelError, drake_errors
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.validation import unknown_name
 
@@ -34,11 +34,8 @@ def parse(
     for name, folder in packages.items():
         if not parser.package_map().Contains(name):
             parser.package_map().Add(name, str(folder))
-    try:
+    with drake_errors(ConfigurationError, f"Drake cannot read {description.file}"):
         models = parser.AddModelsFromString(description.text(), description.format)
-    except RuntimeError as error:
-        message = str(error).replace("<literal-string>", description.file.stem)
-        raise ConfigurationError(f"Drake cannot read {description.file}: {message}") from error
     if len(models) != 1:
         raise ModelError(
             f"{description.file} holds {len(models)} models; a robot's file holds one."

@@ -9,6 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 from tqdm import tqdm
 
+from geoimp_drake.errors import ModelError, drake_errors
 from geoimp_drake.simulation.garbage import only_new_garbage
 
 __all__ = ["Event", "Outcome", "simulate"]
@@ -81,7 +82,6 @@ def simulate(
         ApplySimulatorConfig(config, simulator)
         if real_time:
             simulator.set_target_realtime_rate(1.0)
-        simulator.Initialize()
         bar = tqdm(
             total=duration,
             desc=label,
@@ -89,7 +89,8 @@ def simulate(
             disable=not sys.stderr.isatty(),
             bar_format="{desc} {bar} {n:.1f}/{total:.1f} s simulated, {remaining} left",
         )
-        with bar, only_new_garbage():
+        with drake_errors(ModelError, "Drake cannot go on", raised=()), bar, only_new_garbage():
+            simulator.Initialize()
             for end in _stops(duration, events):
                 simulator.AdvanceTo(end)
                 bar.update(simulator.get_context().get_time() - bar.n)

@@ -1,6 +1,7 @@
 """What cannot be used is refused by name and number, with what to do."""
 
 import builtins
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,11 +9,12 @@ from published_arms import RosArm, inertial_urdf, write_mjcf, write_sdf
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import LinearBushingRollPitchYaw
 
-from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.errors import ConfigurationError, GeoimpError, ModelError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.validation import check
 
+CASES = Path(__file__).parent / "cases"
 BOX = '<box size="0.1 0.1 0.1"/>'
 
 
@@ -209,3 +211,10 @@ def test_configuration_names_the_field(change, match):
         setattr(config, name, value)
     with pytest.raises(ConfigurationError, match=match):
         check(config, "robot")
+
+
+def test_what_drake_would_abort_on_is_an_error_with_the_file():
+    """A body of no mass at all, for example: Drake's parser ends the process."""
+    file = CASES / "mjcf_massless_hand.xml"
+    with pytest.raises(GeoimpError, match=r"mjcf_massless_hand\.xml"):
+        load_robot(file, MultibodyPlant(1e-3), end_effector="hand")
