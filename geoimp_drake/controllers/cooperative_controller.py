@@ -16,6 +16,7 @@ from geoimp_drake.parts.two_arms import TwoArms
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.last_motion import LastMotion
+from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check
 
@@ -71,7 +72,7 @@ def make_cooperative_controller(
             `connect_wrist_sensors`.
 
     Returns:
-        A system with these ports.
+        A system with these ports, named after both arms.
 
         input estimated_state_1: [q; v] of the first arm of n joints, in the plant's order (2n)
         input estimated_state_2: the same of the second (2n)
@@ -136,8 +137,7 @@ def make_cooperative_controller(
         controller: System = make_compiled(TwoArms(held.held_object(), loops, wrists))
     else:
         controller = _of_blocks(held, arms, wrists)
-    names = [plant.GetModelInstanceName(instance) for instance in model_instances]
-    controller.set_name(f"{'_'.join(names)}_cooperative_controller")
+    controller.set_name(name_after_arms(plant, model_instances, "cooperative_controller"))
     return controller
 
 

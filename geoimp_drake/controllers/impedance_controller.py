@@ -13,6 +13,7 @@ from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
+from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check
 
@@ -60,7 +61,8 @@ def make_impedance_controller(
             the plant's reaction forces itself; connect it by `connect_wrist_sensors`.
 
     Returns:
-        A system with these ports.
+        A system with these ports, named ARM_impedance_controller; a further one of this arm of the
+        plant gets a number.
 
         input estimated_state: [q; v] of the model instance, in the plant's order (2n)
         input desired_motion: of D in W, see `frame_motion` (19)
@@ -97,7 +99,7 @@ def make_impedance_controller(
         controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
     else:
         controller = _of_blocks(impedance, arm, sensors)
-    controller.set_name(f"{plant.GetModelInstanceName(model_instance)}_impedance_controller")
+    controller.set_name(name_after_arms(plant, [model_instance], "impedance_controller"))
     return controller
 
 

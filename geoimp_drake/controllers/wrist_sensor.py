@@ -15,6 +15,7 @@ from geoimp_drake.parts.wrist_sensor_config import (
     WristSensorConfig,
 )
 from geoimp_drake.parts.wrist_sensors import PLANT_LISTS
+from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.typing import Array
 
@@ -56,7 +57,8 @@ def add_wrist_sensor(
         reference_is_held: see `ForceTorqueSensor`.
 
     Returns:
-        The sensor, named after the joint.
+        The sensor, named ARM_JOINT_sensor after the joint and its model instance; where a system
+        has that name already, with a number.
 
     Raises:
         ModelError: the joint is not a weld, or E is not fixed beyond it.
@@ -64,7 +66,7 @@ def add_wrist_sensor(
     """
     sensor = wrist_sensor_at(plant, joint, end_effector_frame, config, tool, initial_wrench)
     system = builder.AddNamedSystem(
-        f"{joint.name()}_sensor",
+        unused_name(builder, f"{_scoped_name(joint)}_sensor"),
         ForceTorqueSensor(
             sensor.mounting,
             sensor.tool,
@@ -98,13 +100,14 @@ def add_wrist_sensors(
         reference_is_held: see `ForceTorqueSensor`.
 
     Returns:
-        The system, named wrist_sensors.
+        The system, named wrist_sensors; where there is one already, with a number.
 
     Raises:
         ConfigurationError: a field of a configuration cannot be used, or the periods differ.
     """
     system = builder.AddNamedSystem(
-        "wrist_sensors", ForceTorqueSensors(sensors, reference_is_held=reference_is_held)
+        unused_name(builder, "wrist_sensors"),
+        ForceTorqueSensors(sensors, reference_is_held=reference_is_held),
     )
     connect_wrist_sensors(builder, plant, system)
     return system
@@ -210,6 +213,12 @@ def tool_load_beyond(
     # Moved to the centre of mass, the inertia there is what is left.
     inertia = M_SSo_S.Shift(p_SC).CalcRotationalInertia().CopyToFullMatrix3()
     return ToolLoad(mass=M_SSo_S.get_mass(), centre_of_mass=p_SC, inertia=inertia)
+
+
+def _scoped_name(joint: Joint) -> str:
+    """Returns the name of a joint after that of its model instance, which the arms differ in."""
+    arm = joint.GetParentPlant().GetModelInstanceName(joint.model_instance())
+    return f"{arm}_{joint.name()}"
 
 
 def _gravity(plant: MultibodyPlant, tool: RigidBody) -> Array:

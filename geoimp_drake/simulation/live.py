@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 )
 
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
@@ -54,13 +55,17 @@ def add_live_controls(
         hand: at whose origin the push acts.
         push: whether there is a push; its plant port must be free.
     """
-    sliders = builder.AddNamedSystem("stiffness_sliders", StiffnessSliders(meshcat))
+    sliders = builder.AddNamedSystem(
+        unused_name(builder, "stiffness_sliders"), StiffnessSliders(meshcat)
+    )
     builder.Connect(
         sliders.GetOutputPort("stiffness_scale"), controller.GetInputPort("stiffness_scale")
     )
     builder.Connect(controller.GetOutputPort("energy"), sliders.GetInputPort("energy"))
     if push:
-        button = builder.AddNamedSystem("push_button", PushButton(meshcat, hand))
+        button = builder.AddNamedSystem(
+            unused_name(builder, "push_button"), PushButton(meshcat, hand)
+        )
         builder.Connect(button.get_output_port(), plant.get_applied_spatial_force_input_port())
 
 

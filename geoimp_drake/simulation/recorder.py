@@ -6,6 +6,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPo
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.typing import Array
 
 __all__ = ["Recorder"]
@@ -50,10 +51,14 @@ class Recorder:
         if not self._ports:
             return self._builder.Build()
         sizes = [port.size() for port in self._ports]
-        everything = self._builder.AddNamedSystem("logged_signals", Multiplexer(sizes))
+        everything = self._builder.AddNamedSystem(
+            unused_name(self._builder, "logged_signals"), Multiplexer(sizes)
+        )
         for k, port in enumerate(self._ports):
             self._builder.Connect(port, everything.get_input_port(k))
-        self._sink = self._builder.AddNamedSystem("log", VectorLogSink(sum(sizes), self._period))
+        self._sink = self._builder.AddNamedSystem(
+            unused_name(self._builder, "log"), VectorLogSink(sum(sizes), self._period)
+        )
         self._builder.Connect(everything.get_output_port(), self._sink.get_input_port())
         return self._builder.Build()
 

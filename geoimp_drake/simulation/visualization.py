@@ -19,6 +19,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
+from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
@@ -62,10 +63,12 @@ def add_visualization(
     ContactVisualizer.AddToBuilder(
         builder, plant, meshcat, ContactVisualizerParams(publish_period=_PERIOD)
     )
-    triads = builder.AddNamedSystem("frame_triads", FrameTriads(meshcat, tuple(frames)))
+    triads = builder.AddNamedSystem(
+        unused_name(builder, "frame_triads"), FrameTriads(meshcat, tuple(frames))
+    )
     for name, port in frames.items():
         builder.Connect(port, triads.GetInputPort(name))
-    arrow = builder.AddNamedSystem("wrench_arrow", WrenchArrow(meshcat))
+    arrow = builder.AddNamedSystem(unused_name(builder, "wrench_arrow"), WrenchArrow(meshcat))
     builder.Connect(frames[at], arrow.GetInputPort("motion_E"))
     builder.Connect(wrench, arrow.GetInputPort("wrench"))
 

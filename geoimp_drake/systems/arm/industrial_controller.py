@@ -14,6 +14,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.joint_servo import servo_integral, servo_torque
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.parts.torque import Saturation
+from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
@@ -190,7 +191,7 @@ def make_industrial_controller(
     kp = np.diag(arm.B) * config.bandwidth**2 if config.kp is None else config.kp
     holding_torque = arm.g if config.preload else np.zeros_like(q)
     controller = IndustrialController(model, trajectory, kp, holding_torque, config)
-    controller.set_name(f"{plant.GetModelInstanceName(model_instance)}_industrial_controller")
+    controller.set_name(name_after_arms(plant, [model_instance], "industrial_controller"))
     return controller
 
 
