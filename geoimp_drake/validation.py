@@ -8,6 +8,7 @@ its own fields.
 import contextlib
 import dataclasses
 import difflib
+import reprlib
 import types
 import typing
 from collections.abc import Iterable
@@ -29,6 +30,7 @@ __all__ = [
     "key",
     "non_negative",
     "positive",
+    "quoted",
     "spd_matrix",
     "symmetric",
     "unknown_name",
@@ -40,6 +42,11 @@ _SYMMETRY_TOLERANCE = 1e-6
 
 # Metadata of a field that may be infinite.
 UNBOUNDED = {"unbounded": True}
+
+# A matrix is quoted whole.
+_QUOTES = reprlib.Repr()
+_QUOTES.maxstring = _QUOTES.maxother = _QUOTES.maxlong = 100
+_QUOTES.maxlist = _QUOTES.maxtuple = 36
 
 _WANTED = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
@@ -60,6 +67,11 @@ def check(config: Any, path: str = "") -> None:
 def check_data(schema: Any, data: Any, path: str = "") -> None:
     """Raises ConfigurationError where YAML's data do not fit a schema; keys may be left out."""
     _walk(schema, data, path, data=True)
+
+
+def quoted(value: Any) -> str:
+    """Returns what a user wrote as it stands in an error: in one line, its middle left out."""
+    return _QUOTES.repr(value)
 
 
 def key(name: str, field: str) -> str:

@@ -131,6 +131,9 @@ BAD_SETTINGS = {
     "log_period=0": "log_period",
     "log_period=often": "log_period is 'often'; give a number",
     "seed=-1": "seed is -1",
+    "duration=1e9": r"1e\+12 steps of 0.001 s and 1e\+11 rows of log, about 2e\+05 GB; at most",
+    "sampling.period=1e-12": r"5e\+10 steps of 1e-12 s",
+    "simulator.max_step_size=1e-12": r"5e\+10 steps of 1e-12 s",
     "sede=1": "Unknown key in the scenario 'sede'. Did you mean 'seed'.*Valid: .*surface",
     "impedence.axes=both": "impedence.*Did you mean 'impedance'",
     "impedance=3": "impedance must be a mapping",
@@ -173,6 +176,10 @@ BAD_FILES = {
     b"unknown: 1\n": "Unknown key in the scenario 'unknown'",
     b"impedance: {translation: {stifness: 1}}\n": "Did you mean 'stiffness'",
     b"segments: fast\n": "segments must be a list",
+    b"seed: 1\nlog_period: 0.1\nseed: 2\n": "bad.yaml, line 3: 'seed' is in line 1 already",
+    b"seed: 010\n": "seed is '010'",
+    b"log_period: 0:30\n": "log_period is '0:30'",
+    b"x" * 1_000_001: "bad.yaml has 1 MB; at most 1 MB are read",
 }
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
@@ -14,6 +15,10 @@ from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.validation import key, non_negative, positive
 
 __all__ = ["CompliantArmSettings", "RunSettings", "differenced"]
+
+# Of one run: a day of computing, and 2 GB of log with what two arms leave at an instant.
+_MOST_STEPS, _MOST_ROWS = 1e9, 1e6
+_ROW = 2e-6  # [GB]
 
 
 @dataclass
@@ -42,8 +47,6 @@ class RunSettings:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         period = key(name, "log_period")
         positive(self.log_period, period, "s")
-        if self.duration is not None:
-            positive(self.duration, key(name, "duration"), "s")
         non_negative(self.seed, key(name, "seed"))
         check_plant_config(self.plant, key(name, "plant"))
         check_simulator_config(self.simulator, key(name, "simulator"))
@@ -52,11 +55,32 @@ class RunSettings:
                 f"{period} is {self.log_period:g} s; it must not be shorter than "
                 f"{key(name, 'plant.time_step')}, {self.plant.time_step:g} s."
             )
+        if self.duration is not None:
+            positive(self.duration, key(name, "duration"), "s")
+            self.check_length(self.duration)
 
     def check_moves(self, segments: Sequence[MotionSegment]) -> None:
-        """Raises ConfigurationError if nothing says how long the run is."""
-        if not segments and self.duration is None:
+        """Raises ConfigurationError if nothing says how long the run is, or too long a motion."""
+        if self.duration is not None:
+            return
+        if not segments:
             raise ConfigurationError("There is no motion; give a duration.")
+        self.check_length(sum(segment.duration for segment in segments))
+
+    def check_length(self, duration: float) -> None:
+        """Raises ConfigurationError if a run of a duration [s] has too many steps or log rows.
+
+        Every part with a `period` makes the simulation step.
+        """
+        periods = [part.period for part in vars(self).values() if hasattr(part, "period")]
+        step = min(self.plant.time_step or np.inf, self.simulator.max_step_size, *periods)
+        steps, rows = duration / step, duration / self.log_period
+        if steps > _MOST_STEPS or rows > _MOST_ROWS:
+            raise ConfigurationError(
+                f"A run of {duration:g} s has {steps:.3g} steps of {step:g} s and {rows:.3g} rows "
+                f"of log, about {_ROW * rows:.2g} GB; at most {_MOST_STEPS:g} steps and "
+                f"{_MOST_ROWS:g} rows are computed. Give a shorter duration, or longer periods."
+            )
 
 
 def differenced() -> SamplingConfig:

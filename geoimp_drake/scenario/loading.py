@@ -10,13 +10,16 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
-from pydrake.common.yaml import yaml_dump_typed, yaml_load, yaml_load_typed
+from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.reading import read_text
+from geoimp_drake.scenario.yaml_text import YamlData, parse_yaml
 from geoimp_drake.validation import (
     check,
     check_data,
     field_types,
+    quoted,
     unknown_name,
     without_optional,
 )
@@ -63,19 +66,14 @@ def load_scenario(
     return scenario
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
+def read_yaml(path: Path) -> YamlData:
     """Returns a YAML file's data.
 
     Raises:
         ConfigurationError: no such file, no YAML, or not a mapping of keys to values.
     """
-    try:
-        data = yaml_load(filename=str(path))
-    except (OSError, RuntimeError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"The scenario file {path} cannot be read: {error}") from error
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{path} is not YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(data, dict):
+    data = parse_yaml(read_text(path, "scenario file"), str(path))
+    if not isinstance(data, YamlData):
         raise ConfigurationError(
             f"{path} holds {type(data).__name__ if data is not None else 'nothing'}; a scenario is "
             f"a mapping of keys to values."
@@ -83,7 +81,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return data
 
 
-def read_layer(path: Path) -> dict[str, Any]:
+def read_layer(path: Path) -> YamlData:
     """Returns the data of a scenario file; files that it names are looked for beside it, too.
 
     Raises:
@@ -127,13 +125,8 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
     """Sets one value in place, from `key.path=value`."""
     path, equals, text = override.partition("=")
     if not equals or not path:
-        raise ConfigurationError(f"'{override}' is not of the form key.path=value.")
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(
-            f"The value of '{override}' is not YAML: {' '.join(str(error).split())}"
-        ) from error
+        raise ConfigurationError(f"{quoted(override)} is not of the form key.path=value.")
+    value = parse_yaml(text, f"The value of {quoted(override)}")
     target: Any = data
     keys = path.split(".")
     for depth, key in enumerate(keys):

@@ -1,8 +1,10 @@
 """Advancing a diagram to a given time, with a progress bar on a terminal."""
 
+import heapq
 import logging
+import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
@@ -106,7 +108,11 @@ def simulate(
     return outcome
 
 
-def _stops(duration: float, events: Sequence[Event]) -> list[float]:
-    """Returns the times to which the simulation advances in turn: of chunks and of events."""
-    chunks = [_CHUNK * (k + 1) for k in range(int(duration / _CHUNK))]
-    return sorted({min(time, duration) for time in (*chunks, *(e.time for e in events), duration)})
+def _stops(duration: float, events: Sequence[Event]) -> Iterator[float]:
+    """Yields the times to which the simulation advances in turn: of chunks and of events."""
+    chunks = (_CHUNK * (k + 1) for k in range(int(duration / _CHUNK)))
+    before = -math.inf
+    for time in heapq.merge(chunks, sorted(event.time for event in events), [duration]):
+        if before < (time := min(time, duration)):
+            yield time
+            before = time
