@@ -3,6 +3,8 @@
 Frames: W world, B the robot's base, P and C a joint's frames on parent and child.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RotationMatrix
@@ -21,6 +23,7 @@ from pydrake.multibody.tree import (
 )
 
 from geoimp_drake.errors import ModelError
+from geoimp_drake.robot_files.drive import Drive
 
 __all__ = ["SENSOR_JOINT", "ArmAssembly"]
 
@@ -134,34 +137,39 @@ class ArmAssembly:
             return first
         return self._cut(path[last])
 
-    def add_actuators(self, efforts: dict[str, float]) -> None:
-        """Gives every moving joint on the way an actuator that takes a torque, nothing else.
+    def add_actuators(self, drives: Mapping[str, Drive]) -> None:
+        """Gives every moving joint on the way one actuator that takes a torque.
 
         Args:
-            efforts: limits by joint [Nm or N]; without limit where there is none.
+            drives: by joint; one that is not there gets an actuator without limit and inertia.
         """
-        added, servos, unlimited = [], [], []
+        known = {joint.name(): drives.get(joint.name(), Drive()) for joint in self.moving()}
         for joint in self.moving():
-            actuator = self._actuator(joint)
-            limit = (
-                efforts.get(joint.name(), np.inf) if actuator is None else actuator.effort_limit()
-            )
-            if actuator is None:
-                added.append(joint.name())
-                self._plant.AddJointActuator(joint.name(), joint, limit)
-            elif actuator.has_controller():
-                servos.append(joint.name())
-                self._plant.RemoveJointActuator(actuator)
-                self._plant.AddJointActuator(joint.name(), joint, limit)
-            if not np.isfinite(limit):
-                unlimited.append(joint.name())
-        for joints, what in (
-            (added, "actuators added"),
-            (servos, "servos replaced by torque actuators"),
-            (unlimited, "no effort limit known"),
-        ):
-            if joints:
-                self.changes.append(f"{what}: {', '.join(joints)}")
+            self._actuate(joint, known[joint.name()])
+        self._say("actuators added", [j for j, d in known.items() if d.actuator is None])
+        servos = [j for j, d in known.items() if d.is_servo]
+        several = [j for j, d in known.items() if d.has_several]
+        unlimited = [j for j, d in known.items() if not np.isfinite(d.effort_limit)]
+        self._say("servos replaced by torque actuators", servos)
+        self._say("smallest limit of several actuators taken", several)
+        self._say("no effort limit known", unlimited)
+        for what, part in (("dry friction", "friction"), ("springs", "stiffness")):
+            lost = {joint: getattr(drive, part) for joint, drive in known.items()}
+            self._say(f"{what} left out", [f"{joint} {x:g}" for joint, x in lost.items() if x])
+
+    def _say(self, what: str, joints: list[str]) -> None:
+        if joints:
+            self.changes.append(f"{what}: {', '.join(joints)}")
+
+    def _actuate(self, joint: Joint, drive: Drive) -> None:
+        if (old := self._actuator(joint)) is not None:
+            self._plant.RemoveJointActuator(old)
+        name = drive.actuator or joint.name()
+        if self._plant.HasJointActuatorNamed(name, self._instance):
+            name = joint.name()
+        actuator = self._plant.AddJointActuator(name, joint, drive.effort_limit)
+        actuator.set_default_rotor_inertia(drive.rotor_inertia)
+        actuator.set_default_gear_ratio(drive.gear_ratio)
 
     def _cut(self, joint: Joint) -> WeldJoint:
         """Puts a massless mounting between a joint and its link; returns the weld between them."""
@@ -179,19 +187,10 @@ class ArmAssembly:
         return self._plant.AddJoint(weld)
 
     def _replace(self, joint: Joint, P: Frame, C: Frame | None = None) -> None:
-        """Attaches a joint to other frames, its actuator included."""
+        """Attaches a joint to other frames; its actuator goes."""
         copy = _copy(joint, P, C or joint.frame_on_child())
-        actuator = self._actuator(joint)
-        if actuator is None:
-            self._remove(joint)
-            self._plant.AddJoint(copy)
-            return
-        data = actuator.name(), actuator.effort_limit()
-        rotor, gear = actuator.default_rotor_inertia(), actuator.default_gear_ratio()
         self._remove(joint)
-        motor = self._plant.AddJointActuator(data[0], self._plant.AddJoint(copy), data[1])
-        motor.set_default_rotor_inertia(rotor)
-        motor.set_default_gear_ratio(gear)
+        self._plant.AddJoint(copy)
 
     def _remove(self, joint: Joint) -> None:
         """Deletes a joint and its actuator; what Python still holds of them must not be used."""

@@ -51,21 +51,6 @@ class Description:
         """Returns the XML as text."""
         return ET.tostring(self.root, encoding="unicode")
 
-    def effort_limits(self) -> dict[str, float]:
-        """Returns the effort limits [Nm or N] that the file states, by joint.
-
-        Zero, in a URDF, means that it was not filled in. SDF's limits reach Drake by themselves.
-        """
-        efforts = {}
-        for joint in self.root.iter("joint"):
-            limit = joint.find("limit") if self.format == "urdf" else None
-            stated = limit.get("effort") if limit is not None else None
-            if self.format == "xml" and "actuatorfrcrange" in joint.attrib:
-                stated = joint.attrib["actuatorfrcrange"].split()[-1]
-            if stated is not None and float(stated) > 0:
-                efforts[joint.get("name", "")] = float(stated)
-        return efforts
-
     def sites(self) -> Iterator[Site]:
         """Yields the sites of an MJCF model whose attitude is given by a quaternion or not at all.
 

@@ -14,9 +14,11 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, 
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ModelError, drake_errors
+from geoimp_drake.robot_files.actuators import take_out_drives
 from geoimp_drake.robot_files.assembly import ArmAssembly
 from geoimp_drake.robot_files.collision_filters import filter_collisions
 from geoimp_drake.robot_files.description import Description, read_description
+from geoimp_drake.robot_files.drive import Drive
 from geoimp_drake.robot_files.geometry import GEOMETRY, leave_out_geometry, place_meshes
 from geoimp_drake.robot_files.inertia import (
     DENSITY,
@@ -110,6 +112,7 @@ def load_robot(
             package: find_package(package, file, packages or {}) for package in packages or {}
         }
         check_inertias(description)
+        drives = take_out_drives(description)
         followers = description.take_out_followers()
         if geometry == "leave-out":
             leave_out_geometry(description)
@@ -119,6 +122,7 @@ def load_robot(
         _estimate_masses(description)
         recipe = _Recipe(
             description,
+            drives,
             name,
             end_effector,
             offset or RigidTransform(),
@@ -141,6 +145,7 @@ class _Recipe:
     """What is added to a plant: first to one on trial, then to the user's."""
 
     description: Description
+    drives: Mapping[str, Drive]
     name: str
     end_effector: str
     X_FE: RigidTransform
@@ -156,7 +161,7 @@ class _Recipe:
         arm.place_base(self.X_WB)
         arm.lock_others()
         sensor = arm.sensor_joint(self.sensor_joint)
-        arm.add_actuators(self.description.effort_limits())
+        arm.add_actuators(self.drives)
         changes = (*self.description.changes, *arm.changes)
         return LoadedRobot(instance, E, sensor, changes), arm
 

@@ -1,0 +1,83 @@
+"""What drives a joint of a robot: a motor's limit and inertia, and what of it Drake lacks."""
+
+import math
+from dataclasses import dataclass, replace
+
+from geoimp_drake.errors import ConfigurationError
+
+__all__ = ["Drive", "number"]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What drives a joint, as a robot's description has it.
+
+    Attributes:
+        actuator: its name in the description, None if the joint has none.
+        is_servo: whether it follows something else than a torque there.
+        effort_limit: at the joint [Nm or N]; infinite if the description states none.
+        rotor_inertia: before the gear [kg m² or kg].
+        gear_ratio: of the rotor's speed to the joint's.
+        friction: dry, which is lost since Drake has none [Nm or N].
+        stiffness: of a spring at the joint, which is lost [Nm/rad or N/m].
+        has_several: whether it was made of more than one actuator.
+    """
+
+    actuator: str | None = None
+    is_servo: bool = False
+    effort_limit: float = math.inf
+    rotor_inertia: float = 0.0
+    gear_ratio: float = 1.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    has_several: bool = False
+
+    def with_actuator(
+        self,
+        name: str,
+        *,
+        rotor: float,
+        gear: float,
+        limit: float = math.inf,
+        is_servo: bool = False,
+    ) -> "Drive":
+        """Returns this drive with one actuator more.
+
+        Inertias felt at the joint add up. Of several limits the smallest holds: nothing says that
+        actuators of one joint work at the same time.
+
+        Args:
+            name: the actuator's.
+            rotor: its inertia before the gear [kg m² or kg].
+            gear: its ratio, not zero.
+            limit: of the effort at the joint [Nm or N].
+            is_servo: whether it takes something else than a torque.
+        """
+        felt = self.rotor_inertia * self.gear_ratio**2 + rotor * gear**2
+        ratio = gear if self.actuator is None else self.gear_ratio
+        return replace(
+            self,
+            actuator=self.actuator or name,
+            is_servo=self.is_servo or is_servo,
+            effort_limit=min(self.effort_limit, limit),
+            rotor_inertia=felt / ratio**2,
+            gear_ratio=ratio,
+            has_several=self.actuator is not None,
+        )
+
+
+def number(text: str | None, what: str, default: float = 0.0) -> float:
+    """Returns a text as a number, the default if there is no text.
+
+    Raises:
+        ConfigurationError: it is no number.
+    """
+    if text is None:
+        return default
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        raise ConfigurationError(f"{what} is {text!r}; give a number.")
+    return value

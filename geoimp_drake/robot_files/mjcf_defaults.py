@@ -1,0 +1,78 @@
+"""What an MJCF file says of an element by itself and through the classes of `<default>`."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+
+__all__ = ["DefaultClasses", "in_bodies"]
+
+_TORQUE = {"gaintype": "fixed", "biastype": "none", "dyntype": "none", "gainprm": "1"}
+_SERVO = {"gaintype": "fixed", "biastype": "affine"}
+_VARYING = {"gaintype": "affine"}
+# Actuators are short for the general one with such attributes; in a class they are one set.
+_SHORTCUTS = {
+    "motor": _TORQUE,
+    **dict.fromkeys(("position", "velocity", "intvelocity", "cylinder", "orientation"), _SERVO),
+    **dict.fromkeys(("damper", "muscle", "adhesion", "dcmotor", "pid", "plugin"), _VARYING),
+}
+_MAIN = "main"
+_Class = dict[str, dict[str, str]]  # attributes by kind of element
+
+
+class DefaultClasses:
+    """The classes of an MJCF's `<default>` sections, each with what it inherits."""
+
+    def __init__(self, root: ET.Element):
+        self._classes: dict[str, _Class] = {_MAIN: {}}
+        for section in root.findall("default"):
+            self._read(section, section.get("class", _MAIN), self._classes[_MAIN])
+
+    def attributes(self, element: ET.Element, childclass: str | None = None) -> dict[str, str]:
+        """Returns an element's attributes, and its class's where it has none of its own.
+
+        Those of an actuator are as of a `<general>` one.
+
+        Args:
+            element: of a kind that classes speak of.
+            childclass: of the body that it is in.
+        """
+        name = element.get("class", childclass or _MAIN)
+        inherited = self._classes.get(name, self._classes[_MAIN])
+        return inherited.get(_kind(element), {}) | _own(element)
+
+    def _read(self, section: ET.Element, name: str, inherited: _Class) -> None:
+        own = dict(inherited)
+        for child in section:
+            own[_kind(child)] = own.get(_kind(child), {}) | _own(child)
+        self._classes[name] = own
+        for child in section.findall("default"):
+            self._read(child, child.get("class", ""), own)
+
+
+def _kind(element: ET.Element) -> str:
+    return "general" if element.tag in _SHORTCUTS else element.tag
+
+
+def _own(element: ET.Element) -> dict[str, str]:
+    """Returns an element's attributes, an actuator's as those of a general one."""
+    gain = element.get("kp", element.get("kv"))
+    own = element.attrib | _SHORTCUTS.get(element.tag, {})
+    return own if gain is None else own | {"gainprm": gain}
+
+
+def in_bodies(
+    root: ET.Element, tag: str
+) -> Iterator[tuple[ET.Element, list[ET.Element], str | None]]:
+    """Yields the elements of a tag in an MJCF's bodies, with those bodies and the childclass."""
+    for world in root.findall("worldbody"):
+        yield from _below(world, tag, [], None)
+
+
+def _below(
+    place: ET.Element, tag: str, bodies: list[ET.Element], childclass: str | None
+) -> Iterator[tuple[ET.Element, list[ET.Element], str | None]]:
+    for child in place:
+        if child.tag == tag and bodies:
+            yield child, bodies, childclass
+        if child.tag in ("body", "frame"):
+            inner = [*bodies, child] if child.tag == "body" else bodies
+            yield from _below(child, tag, inner, child.get("childclass", childclass))
