@@ -30,10 +30,7 @@ def check_inertias(description: Description) -> None:
         if (inertial := link.find("inertial")) is None:
             continue
         name = link.get("name", "without name")
-        try:
-            mass, moments = _READERS[description.format](inertial)
-        except (TypeError, ValueError) as error:
-            raise ModelError(f"The inertia of link '{name}' is not numbers: {error}.") from error
+        mass, moments = _READERS[description.format](inertial)
         _check(name, mass, moments)
 
 

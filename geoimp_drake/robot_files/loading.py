@@ -1,34 +1,26 @@
 """Adding a robot of the user's own to a plant, whatever its description leaves open."""
 
-import contextlib
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, WeldJoint
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ModelError, drake_errors
-from geoimp_drake.robot_files.actuators import take_out_drives
 from geoimp_drake.robot_files.assembly import ArmAssembly
 from geoimp_drake.robot_files.collision_filters import filter_collisions
-from geoimp_drake.robot_files.description import Description, read_description
+from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.drive import Drive
-from geoimp_drake.robot_files.geometry import GEOMETRY, leave_out_geometry, place_meshes
-from geoimp_drake.robot_files.inertia import (
-    DENSITY,
-    check_inertias,
-    estimate_inertia,
-    links_without_mass,
-    set_inertia,
-)
+from geoimp_drake.robot_files.geometry import GEOMETRY
+from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.packages import find_package
-from geoimp_drake.robot_files.parsing import find_frame, parse
+from geoimp_drake.robot_files.parsing import find_frame, parse, trial_plant
+from geoimp_drake.robot_files.preparation import prepare
 from geoimp_drake.validation import choice
 
 __all__ = ["LoadedRobot", "load_robot"]
@@ -107,19 +99,10 @@ def load_robot(
     choice(geometry, "geometry", GEOMETRY)
     _check_plant(plant, name)
     with drake_errors(ModelError, f"Drake cannot use {file}"):
-        description = read_description(file)
         folders = {
             package: find_package(package, file, packages or {}) for package in packages or {}
         }
-        check_inertias(description)
-        drives = take_out_drives(description)
-        followers = description.take_out_followers()
-        if geometry == "leave-out":
-            leave_out_geometry(description)
-        else:
-            convert = geometry == "convert"
-            place_meshes(description, folders, convert=convert, cache=cache)
-        _estimate_masses(description)
+        description, drives, followers = prepare(file, folders, geometry, cache)
         recipe = _Recipe(
             description,
             drives,
@@ -130,7 +113,7 @@ def load_robot(
             base_pose or RigidTransform(),
             folders,
         )
-        with _silent():
+        with silent():
             parted = _check(recipe, followers)
         if plant.get_adjacent_bodies_collision_filters():
             filter_collisions(description, parted)
@@ -185,40 +168,12 @@ def _check_plant(plant: MultibodyPlant, name: str) -> None:
         )
 
 
-def _trial_plant() -> tuple[MultibodyPlant, SceneGraph]:
-    scene_graph = SceneGraph()
-    plant = MultibodyPlant(time_step=1e-3)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    return plant, scene_graph
-
-
-def _estimate_masses(description: Description) -> None:
-    """Gives URDF links that move without any mass that of their shapes as solids."""
-    links = links_without_mass(description)
-    if not links:
-        return
-    plant, scene_graph = _trial_plant()
-    with _silent():
-        instance = parse(description, plant, {})
-    done = []
-    for link in links:
-        body = plant.GetBodyByName(link, instance)
-        M_BBo_B = estimate_inertia(plant, scene_graph.model_inspector(), body)
-        if M_BBo_B is not None:
-            set_inertia(description, link, M_BBo_B)
-            done.append(f"{link} {M_BBo_B.get_mass():.3g} kg")
-    if done:
-        description.changes.append(
-            f"links without mass estimated as solids of {DENSITY:g} kg/m³: {', '.join(done)}"
-        )
-
-
 def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
     """Raises the error by which the robot cannot be used, before the user's plant is touched.
 
     Returns the neighbours that are none any more, see `ArmAssembly.parted`.
     """
-    plant, _scene_graph = _trial_plant()
+    plant, _scene_graph = trial_plant()
     robot, assembly = recipe.add_to(plant)
     plant.Finalize()
     model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
@@ -244,14 +199,3 @@ def _check_carried(model: ControlModel, recipe: _Recipe) -> None:
             f"'{joint.child_body().name()}' and what is beyond it have mass or inertia zero. Give "
             f"the link an inertia in the file (or shapes, from which it is estimated)."
         )
-
-
-@contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    """Mutes Drake's log during a trial, since the real load repeats it."""
-    level = _log.level
-    _log.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        _log.setLevel(level)

@@ -3,15 +3,18 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex
 
 from geoimp_drake.errors import ConfigurationError, ModelError, drake_errors
 from geoimp_drake.robot_files.description import Description
+from geoimp_drake.robot_files.messages import in_users_words
+from geoimp_drake.robot_files.mjcf import sites
 from geoimp_drake.validation import unknown_name
 
-__all__ = ["find_frame", "parse"]
+__all__ = ["find_frame", "parse", "trial_plant"]
 
 
 def parse(
@@ -34,13 +37,22 @@ def parse(
     for name, folder in packages.items():
         if not parser.package_map().Contains(name):
             parser.package_map().Add(name, str(folder))
-    with drake_errors(ConfigurationError, f"Drake cannot read {description.file}"):
+    refused = drake_errors(ConfigurationError, f"Drake cannot read {description.file}")
+    with refused, in_users_words(description):
         models = parser.AddModelsFromString(description.text(), description.format)
     if len(models) != 1:
         raise ModelError(
             f"{description.file} holds {len(models)} models; a robot's file holds one."
         )
     return models[0]
+
+
+def trial_plant() -> tuple[MultibodyPlant, SceneGraph]:
+    """Returns a plant to try a description on, and what has its shapes."""
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(time_step=1e-3)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    return plant, scene_graph
 
 
 def find_frame(
@@ -60,7 +72,7 @@ def find_frame(
 def _add_sites(
     description: Description, plant: MultibodyPlant, instance: ModelInstanceIndex
 ) -> None:
-    for site in description.sites():
+    for site in sites(description):
         taken = plant.HasFrameNamed(site.name, instance)
         if not taken and plant.HasBodyNamed(site.body, instance):
             B = plant.GetFrameByName(site.body, instance)

@@ -156,6 +156,6 @@ def test_joints_of_an_sdf(tmp_path):
 def test_a_limit_that_is_no_number_is_named(tmp_path, effort):
     limit = f'<limit effort="{effort}" lower="-1" upper="1" velocity="1"/>'
     file = RosArm(limits={3: limit}).write(tmp_path)
-    match = f"effort limit of joint 'joint_3' is '{effort}'; give a number"
+    match = f"effort=…> of 'joint_3' is '{effort}'; give a number"
     with pytest.raises(ConfigurationError, match=match):
         loaded(file, "tool0")

@@ -26,7 +26,7 @@ def refused(error, match, file, folder, **options):
 
 
 def test_missing_file(tmp_path):
-    refused(ConfigurationError, r"no_arm\.urdf cannot be read: No such", "no_arm.urdf", tmp_path)
+    refused(ConfigurationError, r"no_arm\.urdf cannot be read: .*No such", "no_arm.urdf", tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,6 @@ def test_unknown_sensor_joint(tmp_path):
         (2.0, (-0.1, 0.1, 0.1), r"'link_3'.*ixx -0\.1"),
         (-2.0, (0.1, 0.1, 0.1), r"'link_3' has mass -2 kg"),
         (0.0, (0.1, 0.1, 0.1), r"'link_3' has mass 0 kg.*Give its mass"),
-        ("heavy", (0.1, 0.1, 0.1), r"'link_3' is not numbers.*heavy"),
     ],
 )  # fmt: skip
 def test_unphysical_inertia_of_a_urdf(tmp_path, mass, moments, match):

@@ -1,0 +1,84 @@
+"""What Drake says of a description in memory, said of the user's file, and each kind once."""
+
+import contextlib
+import logging
+import re
+from collections.abc import Iterator
+
+from geoimp_drake.robot_files.description import Description
+from geoimp_drake.robot_files.source import place_of
+
+__all__ = ["in_users_words", "silent"]
+
+_log = logging.getLogger("drake")
+
+# Drake's and SDFormat's name for a text in memory, mostly with a line.
+_TEXT = re.compile(r"<(?:literal|data)-string>(?:\.\w+)?(?::(?P<line>\d+))?")
+_QUOTED = re.compile(r"(?<=['\"\[])[^'\"\[\]]+(?=['\"\]])")
+_NUMBER = re.compile(r"-?\d[\d.e+-]*")
+
+
+@contextlib.contextmanager
+def in_users_words(description: Description) -> Iterator[None]:
+    """While Drake parses: its errors and warnings name the user's file and line.
+
+    Warnings of one kind, that differ in the names and numbers of the description alone, become one
+    line with their count.
+    """
+    said: list[logging.LogRecord] = []
+
+    def gather(record: logging.LogRecord) -> bool:
+        said.append(record)
+        return False
+
+    _log.addFilter(gather)
+    try:
+        yield
+    except (RuntimeError, ValueError) as error:
+        told = _translated(str(error), description)
+        raise RuntimeError(f"{_place_of_a_name(str(error), description)}{told}") from error
+    finally:
+        _log.removeFilter(gather)
+        _say(said, description)
+
+
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Mutes Drake's log during a trial, since the real load repeats it."""
+    level = _log.level
+    _log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        _log.setLevel(level)
+
+
+def _translated(said: str, description: Description) -> str:
+    def place(text: re.Match[str]) -> str:
+        line = text["line"]
+        return str(description.place(int(line)) if line else description.file)
+
+    return " ".join(_TEXT.sub(place, said).split())
+
+
+def _place_of_a_name(said: str, description: Description) -> str:
+    """Returns where the first thing that a message without a line names stands in the file."""
+    if not any(text["line"] for text in _TEXT.finditer(said)):
+        for name in _QUOTED.findall(said):
+            for element in description.root.iter():
+                if name in element.attrib.values() or name == element.text:
+                    return f"{place_of(element)}: "
+    return ""
+
+
+def _say(said: list[logging.LogRecord], description: Description) -> None:
+    names = {element.get("name") for element in description.root.iter()}
+    kinds: dict[tuple[int, str], list[str]] = {}
+    for record in said:
+        text = record.getMessage()
+        kind = _QUOTED.sub(lambda quoted: "" if quoted[0] in names else quoted[0], text)
+        kind = _NUMBER.sub("", _TEXT.sub("", kind))
+        kinds.setdefault((record.levelno, kind), []).append(text)
+    for (level, _), texts in kinds.items():
+        more = f" (the first of {len(texts)} of this kind)" if len(texts) > 1 else ""
+        _log.log(level, "%s%s", _translated(texts[0], description), more)

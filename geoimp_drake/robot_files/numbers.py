@@ -1,0 +1,102 @@
+"""Numbers in a robot's description; Drake reads "150 Nm" as 150 and "-1,5" as -1."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.description import Description
+from geoimp_drake.robot_files.source import place_of
+from geoimp_drake.typing import Array
+
+__all__ = ["check_numbers", "numbers"]
+
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# URDF's attributes by tag.
+_URDF = {
+    "origin": ("xyz", "rpy"),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "mass": ("value",),
+    "inertia": _INERTIA,
+    "mimic": ("multiplier", "offset"),
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "mesh": ("scale",),
+}
+# MJCF's attributes, whatever has them.
+_MJCF = (
+    *("pos", "quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto", "axis", "range"),
+    *("mass", "diaginertia", "fullinertia", "armature", "damping", "stiffness", "frictionloss"),
+    *("actuatorfrcrange", "forcerange", "ctrlrange", "gear"),
+)
+# SDF's elements.
+_SDF = (
+    *("pose", "mass", *_INERTIA, "xyz", "lower", "upper", "effort", "velocity"),
+    *("damping", "friction", "spring_stiffness", "radius", "length", "scale"),
+)
+# What these hold is nobody's but their reader's.
+_FOREIGN = ("gazebo", "plugin", "sensor", "custom", "keyframe")
+
+
+def numbers(element: ET.Element, key: str, count: int, default: str | None = None) -> Array:
+    """Returns the numbers of an attribute.
+
+    Raises:
+        ConfigurationError: these are not so many numbers; the message has file and line.
+    """
+    text = element.get(key, default or "")
+    try:
+        values = np.array([float(number) for number in text.split()])
+    except ValueError:
+        raise _no_number(element, element.get("name"), key, text) from None
+    if len(values) != count:
+        raise _no_number(element, element.get("name"), key, text, f"{count} numbers")
+    return values
+
+
+def check_numbers(description: Description) -> None:
+    """Raises ConfigurationError, with file and line, where a number is written as something else.
+
+    What stands in geometry's materials, in sensors and in what is meant for simulators is not read.
+    """
+    _check(description.root, None, description.format)
+
+
+def _check(element: ET.Element, owner: str | None, format: str) -> None:
+    owner = element.get("name", owner)
+    if format == "sdf":
+        text = (element.text or "").strip()
+        stated = {element.tag: text} if element.tag in _SDF and text else {}
+    else:
+        keys = _URDF.get(element.tag, ()) if format == "urdf" else _MJCF
+        stated = {key: element.attrib[key] for key in keys if key in element.attrib}
+    for key, text in stated.items():
+        for number in text.split() or [""]:
+            _check_number(element, owner, key, number, text)
+    for child in element:
+        if child.tag not in _FOREIGN:
+            _check(child, owner, format)
+
+
+def _check_number(element: ET.Element, owner: str | None, key: str, number: str, text: str) -> None:
+    try:
+        readable = not np.isnan(float(number)) and "_" not in number
+    except ValueError:
+        readable = False
+    if not readable and number != "auto":
+        raise _no_number(element, owner, key, text)
+
+
+def _no_number(
+    element: ET.Element, owner: str | None, key: str, text: str, wanted: str = "a number"
+) -> ConfigurationError:
+    place = place_of(element)
+    where = f"{place}: " if place else ""
+    what = f"<{element.tag}>" if key == element.tag else f"<{element.tag} {key}=…>"
+    of = f" of {owner!r}" if owner else ""
+    return ConfigurationError(
+        f"{where}{what}{of} is {text!r}; give {wanted} in SI units, without the unit."
+    )

@@ -1,0 +1,95 @@
+"""XML as the user wrote it: elements that know the file and the line where they begin."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+from xml.parsers import expat
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.reading import check_regular
+
+__all__ = ["Place", "lines_of", "place_of", "read_xml"]
+
+# A file with its meshes' numbers in it, which there are [bytes].
+_LARGEST = 50_000_000
+# Elements within each other; what walks through them does so by recursion.
+_DEEPEST = 200
+
+
+@dataclass(frozen=True)
+class Place:
+    """A line of a file, as editors name it."""
+
+    file: Path
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+class _Element(ET.Element):
+    """An element that was read from a file."""
+
+    place: Place | None = None
+
+
+def read_xml(file: Path) -> ET.Element:
+    """Reads a file; names keep their prefix, declared or not, since Drake knows its own by it.
+
+    Raises:
+        ConfigurationError: it cannot be read, is too large, or is no XML (then with the line).
+    """
+    open_elements: list[_Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = cast(_Element, builder.start(tag, attributes))
+        element.place = Place(file, parser.CurrentLineNumber)
+        open_elements.append(element)
+        if len(open_elements) > _DEEPEST:
+            raise ConfigurationError(
+                f"{element.place}: <{tag}> is {_DEEPEST} elements deep, which no robot is."
+            )
+
+    def end(tag: str) -> None:
+        open_elements.pop()
+        builder.end(tag)
+
+    check_regular(file, "robot file", _LARGEST)
+    builder = ET.TreeBuilder(element_factory=_Element)
+    parser = _parser(start, end, builder.data)
+    try:
+        parser.Parse(file.read_bytes(), True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"The robot file {file.absolute()} cannot be read: {error.strerror}."
+        ) from error
+    except expat.ExpatError as error:
+        raise ConfigurationError(f"{file} is not XML: {error}.") from error
+    return builder.close()
+
+
+def place_of(element: ET.Element) -> Place | None:
+    """Returns where an element was read; None if it was added."""
+    return element.place if isinstance(element, _Element) else None
+
+
+def lines_of(text: str) -> list[int]:
+    """Returns the line where each element of an XML text begins, in the order of the text."""
+    lines: list[int] = []
+    parser = _parser(lambda *_: lines.append(parser.CurrentLineNumber))
+    parser.Parse(text, True)
+    return lines
+
+
+def _parser(
+    start: Callable[..., object],
+    end: Callable[..., object] | None = None,
+    data: Callable[..., object] | None = None,
+) -> expat.XMLParserType:
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = data
+    return parser
