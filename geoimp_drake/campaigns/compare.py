@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from geoimp_drake.output_folder import FileWriter, check_entries
 from geoimp_drake.simulation.claims import Claim
-from geoimp_drake.simulation.experiment import FileWriter, run_experiment
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.experiment import RUN_FILES, run_experiment
+from geoimp_drake.simulation.style import figure_files, figure_style, write_figure
 from geoimp_drake.typing import Array
 
-__all__ = ["Runs", "compare_families", "compare_runs", "comparison_figure"]
+__all__ = ["COMPARISON_FILES", "Runs", "compare_families", "compare_runs", "comparison_figure"]
 
 # Log and scenario by the run's name.
 Runs = Mapping[str, tuple[dict[str, Array], Any]]
+
+COMPARISON_FILES = ("comparison.json", *figure_files("comparison"))
 
 _DASHES = ("-", (0, (6, 2)), (0, (2, 1)), (0, (6, 2, 2, 2)))
 
@@ -40,8 +43,14 @@ def compare_families(
     Returns:
         The claims of each family, the claims across families, the files that were written, and
         what stopped a family's simulation, by family.
+
+    Raises:
+        ConfigurationError: a scenario or the folder cannot be used; nothing has been written.
     """
     scenarios = {family: scenario_of(family) for family in families}
+    check_entries(
+        out, [*(f"{family}/{file}" for family in families for file in RUN_FILES), *COMPARISON_FILES]
+    )
     results = {
         family: run_experiment(experiment, scenario, out / family)
         for family, scenario in scenarios.items()
@@ -83,8 +92,8 @@ def compare_runs(
     }
     text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
     writer = FileWriter(out)
-    writer.write_figure("comparison", comparison_figure(name, comparison, runs, kind))
-    writer.write("comparison.json", lambda path: path.write_text(text, "utf-8"))
+    write_figure(writer, "comparison", comparison_figure(name, comparison, runs, kind))
+    writer.write("comparison.json", text)
     return claims, writer.files
 
 

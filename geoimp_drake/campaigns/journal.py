@@ -2,6 +2,7 @@
 
 import fcntl
 import json
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from types import TracebackType
 from typing import Any, BinaryIO, Self
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.output_folder import check_entries
 
 __all__ = ["Finished", "Journal"]
 
@@ -50,6 +52,7 @@ class Journal:
         Raises:
             ConfigurationError: the file cannot be read, is no journal, or belongs to another plan.
         """
+        check_entries(self._path.parent, [self._path.name])
         try:
             lines = _whole_lines(self._path.read_bytes())
         except FileNotFoundError:
@@ -72,7 +75,7 @@ class Journal:
     def __enter__(self) -> Self:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._path.open("ab")
+            self._file = open(self._path, "ab", opener=_open_no_link)
         except OSError as error:
             raise ConfigurationError(
                 f"The output folder {self._path.parent} cannot be written: {error.strerror}. Give "
@@ -119,6 +122,10 @@ class Journal:
                 f"{self._path.parent} holds runs of another plan: {'; '.join(differing[:3])}{more}."
                 f" Give another folder with --out."
             )
+
+
+def _open_no_link(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 
 def _whole_lines(content: bytes) -> list[bytes]:

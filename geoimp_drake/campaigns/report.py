@@ -14,6 +14,7 @@ from geoimp_drake.campaigns.reproduction import (
     VariantResult,
 )
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.output_folder import FileWriter
 from geoimp_drake.simulation.experiment import versions
 
 __all__ = ["REPORT", "check_report", "write_report"]
@@ -41,7 +42,7 @@ def check_report(label: str) -> None:
         ) from None
 
 
-def write_report(reproduction: Reproduction, path: Path) -> None:
+def write_report(reproduction: Reproduction, folder: Path) -> None:
     """Writes the page; figures and files are linked relative to its folder.
 
     Nothing in it depends on when or how fast things ran: the same results give the same page.
@@ -56,9 +57,7 @@ def write_report(reproduction: Reproduction, path: Path) -> None:
         undefined=jinja2.StrictUndefined,
     )
     page = environment.get_template(_TEMPLATE.name).render(_contents(reproduction))
-    part = path.with_name(f".part-{path.name}")
-    part.write_text(page, encoding="utf-8")
-    part.replace(path)
+    FileWriter(folder).write(REPORT, page)
 
 
 def _contents(reproduction: Reproduction) -> dict[str, Any]:

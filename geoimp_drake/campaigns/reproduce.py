@@ -11,14 +11,14 @@
 import contextlib
 import importlib.util
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from geoimp_drake.campaigns.compare import compare_runs
+from geoimp_drake.campaigns.compare import COMPARISON_FILES, compare_runs
 from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished, Journal
 from geoimp_drake.campaigns.many_runs import check_jobs, run_many
@@ -26,7 +26,10 @@ from geoimp_drake.campaigns.report import REPORT, check_report, write_report
 from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
 from geoimp_drake.campaigns.study import Study
 from geoimp_drake.campaigns.study_run import StudyRun, identity_of, is_current, run_study_run
+from geoimp_drake.output_folder import check_entries
 from geoimp_drake.scenario.loading import plain_data, read_yaml
+from geoimp_drake.simulation.experiment import RUN_FILES
+from geoimp_drake.simulation.style import figure_files
 
 __all__ = ["reproduce"]
 
@@ -64,6 +67,7 @@ def reproduce(
     label = "geoimp reproduce"
     check_jobs(jobs, label)
     check_report(label)
+    check_entries(out, _files(studies))
     runs = _runs(studies, out.absolute(), duration, seed)
     done = Journal(out / JOURNAL, PLAN).read()
     missing = [
@@ -82,8 +86,18 @@ def reproduce(
     )
     results = tuple(_result(study, out, finished) for study in studies)
     reproduction = Reproduction(results, duration)
-    write_report(reproduction, out / REPORT)
+    write_report(reproduction, out)
     return reproduction
+
+
+def _files(studies: Sequence[Study]) -> Iterator[str]:
+    """Yields the paths of all files that are written, relative to the folder."""
+    yield from (JOURNAL, REPORT)
+    for study in studies:
+        yield from (f"{study.name}/{file}" for file in COMPARISON_FILES)
+        for variant in study.variants:
+            files = (*RUN_FILES, *figure_files(*variant.figures))
+            yield from (f"{study.name}/{variant.name}/{file}" for file in files)
 
 
 def _runs(

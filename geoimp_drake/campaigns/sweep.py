@@ -1,6 +1,7 @@
 """An experiment with parameters drawn at random: many runs, one table."""
 
 import csv
+import io
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,13 +19,15 @@ from geoimp_drake.campaigns.sweep_figures import peaks_figure, success_map
 from geoimp_drake.campaigns.sweep_plan import Draw, SweepPlan, setting
 from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
 from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.output_folder import FileWriter, check_entries
 from geoimp_drake.scenario.loading import dump_scenario, plain_data
-from geoimp_drake.simulation.experiment import FileWriter
+from geoimp_drake.simulation.style import figure_files, write_figure
 from geoimp_drake.validation import choice
 
 __all__ = ["SweepResult", "format_sweep", "run_sweep"]
 
 TABLE, JOURNAL, SCENARIO = "samples.csv", "journal.jsonl", "scenario.yaml"
+_FILES = (TABLE, JOURNAL, SCENARIO, "plan.yaml", *figure_files("success_map", "peak_forces"))
 
 
 @dataclass
@@ -73,6 +76,7 @@ def run_sweep(
             written.
     """
     plan.validate()
+    check_entries(out, _FILES)
     map_keys = _map_keys(plan, map_keys)
     data = plain_data(scenario)
     _check_values(experiment, data, plan)
@@ -88,11 +92,11 @@ def run_sweep(
     )
     rows = [_row(draw, finished[str(draw.index)]) for draw in draws]
     writer = FileWriter(out)
-    writer.write(SCENARIO, lambda path: path.write_text(dump_scenario(scenario), "utf-8"))
-    writer.write("plan.yaml", lambda path: path.write_text(_dump(plan), "utf-8"))
-    writer.write(TABLE, lambda path: _write_table(rows, path))
+    writer.write(SCENARIO, dump_scenario(scenario))
+    writer.write("plan.yaml", _dump(plan))
+    writer.write(TABLE, _table(rows))
     for name, figure in _figures(experiment.name, rows, map_keys).items():
-        writer.write_figure(name, figure)
+        write_figure(writer, name, figure)
     return SweepResult(rows, writer.files)
 
 
@@ -186,13 +190,14 @@ def _command(name: str, row: dict[str, Any], out: Path) -> str:
     return f"geoimp run {name} --scenario {shlex.quote(str(out / SCENARIO))} {arguments}"
 
 
-def _write_table(rows: list[dict[str, Any]], path: Path) -> None:
+def _table(rows: list[dict[str, Any]]) -> str:
     # Failed samples lack the values; `arguments` stays last.
     columns = list(dict.fromkeys(name for row in rows for name in row if name != "arguments"))
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [*columns, "arguments"], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [*columns, "arguments"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 def _dump(plan: SweepPlan) -> str:

@@ -1,28 +1,30 @@
 """One run of an experiment, from scenario to files."""
 
+import io
 import json
 import logging
 import os
 import platform
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.output_folder import FileWriter, check_entries
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.live import pause_button
-from geoimp_drake.simulation.replay import start_meshcat, stop_listening, write_replay
+from geoimp_drake.simulation.replay import start_meshcat, stop_listening
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import write_figure
 from geoimp_drake.typing import Array
 
-__all__ = ["FileWriter", "RunResult", "run_experiment", "versions"]
+__all__ = ["RUN_FILES", "RunResult", "run_experiment", "versions"]
+
+RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html")  # besides figures
 
 _log = logging.getLogger("drake")
 
@@ -71,6 +73,7 @@ def run_experiment(
         GeoimpError: the simulation cannot even start; nothing has been written.
     """
     _check_writable(out)
+    check_entries(out, RUN_FILES)
     meshcat = start_meshcat(*experiment.view, host=host) if html or live else None
     if meshcat is not None and not live:
         stop_listening(meshcat)
@@ -94,21 +97,17 @@ def run_experiment(
         raise _unusable(outcome.failure)
     log = setup.recorder.collect(outcome.context)
     claims = experiment.claims(log, scenario)
-    out.mkdir(parents=True, exist_ok=True)
     writer = FileWriter(out)
-    writer.write("log.npz", lambda path: _save_log(log, path))
-    writer.write("scenario.yaml", lambda path: path.write_text(dump_scenario(scenario)))
-    writer.write(
-        "metrics.json",
-        lambda path: path.write_text(_metrics(scenario, claims, outcome.failure), "utf-8"),
-    )
+    writer.write("log.npz", _as_npz(log))
+    writer.write("scenario.yaml", dump_scenario(scenario))
+    writer.write("metrics.json", _metrics(scenario, claims, outcome.failure))
     if figures:
         for name, figure in experiment.figures(log, scenario).items():
-            writer.write_figure(name, figure)
+            write_figure(writer, name, figure)
     if meshcat is not None and html:
         meshcat.StopRecording()
         meshcat.PublishRecording()
-        writer.write("replay.html", lambda path: write_replay(meshcat, path))
+        writer.write("replay.html", meshcat.StaticHtml())
     return RunResult(log, claims, writer.files, outcome.failure)
 
 
@@ -131,34 +130,10 @@ def _check_writable(out: Path) -> None:
         )
 
 
-class FileWriter:
-    """Writes each file under another name first: a file that is there is whole."""
-
-    def __init__(self, out: Path):
-        self._out = out
-        self.files: list[Path] = []
-
-    def write(self, name: str, save: Callable[[Path], Any]) -> None:
-        """Writes the file `name` with `save`, which gets a path, and moves it into its place."""
-        part = self._out / f".part-{name}"
-        save(part)
-        part.replace(self._out / name)
-        self.files.append(self._out / name)
-
-    def write_figure(self, name: str, figure: Figure) -> None:
-        """Writes a figure as NAME.png and, for print, as NAME.pdf; each time the same bytes."""
-        # The name of the unfinished file does not tell matplotlib the format.
-        with figure_style():
-            self.write(f"{name}.png", lambda path: figure.savefig(path, format="png"))
-            undated = {"CreationDate": None}
-            self.write(
-                f"{name}.pdf", lambda path: figure.savefig(path, format="pdf", metadata=undated)
-            )
-
-
-def _save_log(log: dict[str, Array], path: Path) -> None:
-    with path.open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **log)
+def _as_npz(log: dict[str, Array]) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **log)
+    return buffer.getvalue()
 
 
 def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> str:

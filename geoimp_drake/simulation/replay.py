@@ -1,15 +1,14 @@
-"""A self-contained HTML page that replays a run in Meshcat."""
+"""The Meshcat that shows a run or records its replay."""
 
 import logging
 import os
 import socket
-from pathlib import Path
 
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from geoimp_drake.errors import ConfigurationError
 
-__all__ = ["start_meshcat", "stop_listening", "write_replay"]
+__all__ = ["start_meshcat", "stop_listening"]
 
 _LOOPBACK = "127.0.0.1"
 
@@ -69,8 +68,3 @@ def _listens(descriptor: int, port: int) -> bool:
             return bool(listens) and copy.getsockname()[1:2] == (port,)
     except OSError:  # it is a file, or closed again
         return False
-
-
-def write_replay(meshcat: Meshcat, path: Path) -> None:
-    """Writes what has been recorded as one HTML file."""
-    path.write_text(meshcat.StaticHtml(), encoding="utf-8")

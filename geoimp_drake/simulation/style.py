@@ -1,13 +1,20 @@
 """One style for every figure; its style sheet is chapter.mplstyle beside this file."""
 
+import io
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 from matplotlib import style
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-__all__ = ["AXIS_STYLES", "figure_style", "shade_phases"]
+from geoimp_drake.output_folder import FileWriter
+
+__all__ = ["AXIS_STYLES", "figure_files", "figure_style", "shade_phases", "write_figure"]
+
+# By the kind of a figure's file its metadata: without a date, so that bytes repeat.
+_KINDS: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}}
 
 # Colours for x, y, z; the dashes tell them apart without colour.
 AXIS_STYLES: tuple[dict[str, Any], ...] = (
@@ -23,6 +30,20 @@ _ROOM = 1.2
 def figure_style() -> AbstractContextManager[None]:
     """Returns a context in which figures are drawn in this project's style."""
     return style.context(Path(__file__).with_name("chapter.mplstyle"))
+
+
+def figure_files(*names: str) -> tuple[str, ...]:
+    """Returns the names of the files of figures: NAME.png and, for print, NAME.pdf."""
+    return tuple(f"{name}.{kind}" for name in names for kind in _KINDS)
+
+
+def write_figure(writer: FileWriter, name: str, figure: Figure) -> None:
+    """Writes the files of a figure; each time the same bytes."""
+    with figure_style():
+        for kind, metadata in _KINDS.items():
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=kind, metadata=metadata)
+            writer.write(f"{name}.{kind}", buffer.getvalue())
 
 
 def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:
