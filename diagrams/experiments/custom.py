@@ -19,6 +19,7 @@ from geoimp_drake.simulation.claims import (
     phase_reached,
 )
 from geoimp_drake.simulation.figures import interaction_figure
+from geoimp_drake.systems.frame_motion import VELOCITY
 from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "figures"]
@@ -32,12 +33,17 @@ def claims(log: Log, scenario: Any) -> list[Claim]:
     at_rest = phase_reached(log, scenario.duration) and log["t"][-1] > 1.0
     values = _values_at_rest(log, scenario) if at_rest else {}
     value = values.get
+    speeds = _joint_speeds(log, scenario) if at_rest else {}
     wrench = np.abs(log[f"{scenario.compliant}/wrench"])
     sensor = scenario.sensor
     return [
         at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.02),
         at_most("at rest elastic moment against μ, relative error", value("moment"), 0.02),
         at_most("drift of the force in the last second", value("drift"), 0.1, "N"),
+        *(
+            at_most(f"joint speed of {arm} while D rests", speeds.get(arm), 0.02, "rad/s, m/s")
+            for arm in _redundant_arms(log)
+        ),
         at_most("largest force component", wrench[:, 3:].max(), sensor.force_range, "N"),
         at_most("largest moment component", wrench[:, :3].max(), sensor.moment_range, "Nm"),
     ]
@@ -54,6 +60,18 @@ def _values_at_rest(log: Log, scenario: Any) -> dict[str, float]:
     if axes in ("both", "rotation") and _least(wrench[:, :3]) > _LEAST_MOMENT:
         values["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
     return values
+
+
+def _redundant_arms(log: Log) -> list[str]:
+    return [key.removesuffix("/v") for key in log if key.endswith("/v") and log[key].shape[1] > 6]
+
+
+def _joint_speeds(log: Log, scenario: Any) -> dict[str, float]:
+    """Returns the largest in the last second: null-space motion, which the hand does not show."""
+    rest = last_second(log)
+    if log[f"{scenario.compliant}/motion_D"][rest][:, VELOCITY].any():
+        return {}
+    return {arm: float(np.abs(log[f"{arm}/v"][rest]).max()) for arm in _redundant_arms(log)}
 
 
 def _least(vectors: Any) -> float:

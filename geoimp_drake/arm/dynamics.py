@@ -18,6 +18,7 @@ from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_error,
 )
 from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
+from geoimp_drake.laws.redundancy.null_space_gain import null_space_force
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]
@@ -65,7 +66,7 @@ class ArmDynamics(Protocol):
             scratch: a context of the model's plant.
             arm: the arm, of `evaluate`.
             gradients: of the task function, and their rate along the arm's motion (n,).
-            gains: K_n, k_β, W and its inverse (2, n, n), whether W = B instead, σ₀ and λ₀.
+            gains: K and κ, k_β, W and its inverse (2, n, n), whether W = B instead, σ₀ and λ₀.
         """
 
 
@@ -127,7 +128,7 @@ class DrakeDynamics:
         self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
     ) -> tuple[Array, Array, Array]:
         """See `ArmDynamics`."""
-        K_n, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = gains
+        K, kappa, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = gains
         gradient, gradient_rate = gradients
         J, v, context = arm.Jv_V_WE, arm.v, scratch.context
         dB = inertia_rate(self._model, context, arm.q, v)
@@ -153,7 +154,7 @@ class DrakeDynamics:
             k_beta,
             beta,
             gradient_rate,
-            K_n @ e_n,
+            null_space_force(K, kappa, arm.B, e_n),
             C_e,
         )
         return J_pinv, alpha_n, e_n

@@ -18,6 +18,7 @@ from geoimp_drake.parts.impedance import AXES, Impedance
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
+from geoimp_drake.parts.null_space_gain import null_space_gain
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
@@ -171,7 +172,8 @@ class SamplingConfig:
 class RedundancyConfig:
     """The null-space motion of an arm with more than six joints; by default damped to rest."""
 
-    K_n: Array = field(default_factory=lambda: np.array(20.0))  # gain of e_n [Nms/rad, Ns/m]
+    kappa: float | None = None  # e_n decays at this rate, K_n = κB [1/s]; null for 10, or for a K_n
+    K_n: Array = field(default_factory=lambda: np.array(0.0))  # constant gain [Nms/rad, Ns/m]
     k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it
     task: TaskConfig | None = None
     weight: str = "inertia"  # or identity, matrix
@@ -183,7 +185,7 @@ class RedundancyConfig:
 
         What depends on the arm (sizes, names, limits) is checked by `make`.
         """
-        _any_spd_matrix(self.K_n, key(name, "K_n"))
+        null_space_gain(self.K_n, self.kappa, _size_of(self.K_n), name)
         choice(self.weight, key(name, "weight"), ("inertia", "identity", "matrix"))
         matrix = key(name, "weight_matrix")
         if (self.weight == "matrix") != (self.weight_matrix is not None):
@@ -192,14 +194,17 @@ class RedundancyConfig:
                 f"{'not ' if self.weight_matrix is None else ''}given; they go together."
             )
         if self.weight_matrix is not None:
-            _any_spd_matrix(self.weight_matrix, matrix)
+            spd_matrix(self.weight_matrix, matrix, _size_of(self.weight_matrix))
 
-    def make(self, model: ControlModel, task: TaskFunction | None = None) -> NullSpace:
+    def make(
+        self, model: ControlModel, task: TaskFunction | None = None, period: float | None = None
+    ) -> NullSpace:
         """Returns the part for an arm.
 
         Args:
             model: the arm.
             task: a task function in the place of the configured one.
+            period: of the joints' readings, for which a constant K_n is watched [s].
 
         Raises:
             ConfigurationError: a size, name or number does not fit the arm.
@@ -209,13 +214,15 @@ class RedundancyConfig:
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
             task = self.task.make(model)
-        K_n = spd_matrix(self.K_n, "redundancy.K_n", n)
-        return NullSpace(model, K_n, self.k_beta, task, weights[self.weight], self.damping)
+        weight = weights[self.weight]
+        return NullSpace(
+            model, self.K_n, self.kappa, self.k_beta, task, weight, self.damping, period
+        )
 
 
-def _any_spd_matrix(value: Array, name: str) -> None:
-    """Raises ConfigurationError unless a gain is symmetric positive definite, of whatever size."""
-    spd_matrix(value, name, np.shape(value)[0] if np.ndim(value) else 1)
+def _size_of(gain: Array) -> int:
+    """Returns the size of the matrix that a gain stands for, one for a number."""
+    return len(gain) if np.ndim(gain) else 1
 
 
 @dataclass

@@ -50,7 +50,8 @@ class InnerLoopParts:
             ConfigurationError: a configuration cannot be used for the arm.
         """
         readings = sampling.make(model.num_joints)
-        return InnerLoopParts(model, readings, motion.make(), redundancy.make(model, task_function))
+        null_space = redundancy.make(model, task_function, sampling.period)
+        return InnerLoopParts(model, readings, motion.make(), null_space)
 
     def loop(self, arm: int = 0) -> InnerLoop:
         """Returns the one part; `arm` is the number of the arm if there are several."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics, Scratch
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
@@ -168,19 +169,29 @@ class InnerLoop:
         return float(smallest_singular_value(self._jacobian(memory[self.memory.readings])))
 
     def compare_with_limits(self, memory: Array, torque: Array, now: Now) -> None:
-        """Remembers the largest torques, and warns of new saturations.
+        """Remembers the largest torques; warns of new saturations and of a K_n that is too large.
 
         Args:
             memory: of this part, moved on.
             torque: requested, in the order of the actuators (n) [Nm, N].
             now: has the time and the system's name.
         """
+        system = now.system + self._label
         saturated = self._saturation.compare(memory[self.memory.peak], torque)
         if len(saturated):
-            self._saturation.report(saturated, torque, now.system + self._label, now.time)
+            self._saturation.report(saturated, torque, system, now.time)
+        self._null_space.check_gain(
+            memory[self.memory.posture],
+            lambda: self._arm(memory[self.memory.readings]),
+            system,
+            now.time,
+        )
+
+    def _arm(self, readings: Array) -> ArmState:
+        return self._dynamics.evaluate(None, readings[self.model.state_order])
 
     def _jacobian(self, readings: Array) -> Array:
-        return self._dynamics.evaluate(None, readings[self.model.state_order]).Jv_V_WE
+        return self._arm(readings).Jv_V_WE
 
     def _check_reading(self, memory: Array, now: Now) -> None:
         reading = memory[self.memory.readings][self.readings.memory.reading]

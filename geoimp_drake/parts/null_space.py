@@ -4,11 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.dynamics import Scratch
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.parts.null_space_gain import GainWatch, null_space_gain
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
 from geoimp_drake.typing import Array
@@ -18,20 +19,26 @@ __all__ = ["NullSpace"]
 
 
 class NullSpace:
-    """How the null-space motion is controlled, and the posture from which targets may start.
+    """How the null-space motion is controlled, and what is remembered of it.
 
-    That posture is the whole memory, NaN until it has been kept.
+    That is the posture from which targets may start, NaN until it has been kept, and whether there
+    has been a warning about K_n.
 
     Args:
         model: the arm.
-        K_n: gain of e_n, symmetric positive definite (n×n), or a number k for k I [Nms/rad, Ns/m].
+        K_n: constant gain of e_n, symmetric positive definite (n×n), or a number k for k I
+            [Nms/rad, Ns/m]; zero for κB.
+        kappa: rate κ at which e_n decays by the gain κB [1/s]; `DEFAULT_KAPPA` without K_n.
         k_beta: gain of the task function.
         task: the task function w; none by default.
         weight: a constant W, symmetric positive definite (n×n); by default W = B  (3.36).
         damping: near singularities.
+        period: of the joints' readings, for which a K_n is watched [s]; None for no watch.
 
     Attributes:
-        arguments: K_n, k_β, W and its inverse, whether W = B, σ₀ and λ₀, for a compiled law.
+        arguments: K and κ of the gain K + κB, k_β, W and its inverse, whether W = B, σ₀ and λ₀, for
+            a compiled law.
+        watch: over a constant K_n; None if there is nothing to watch.
 
     Raises:
         ConfigurationError: a number cannot be used.
@@ -40,11 +47,13 @@ class NullSpace:
     def __init__(
         self,
         model: ControlModel,
-        K_n: float | Array = 20.0,
+        K_n: float | Array = 0.0,
+        kappa: float | None = None,
         k_beta: float = 0.0,
         task: TaskFunction | None = None,
         weight: Array | None = None,
         damping: SingularityDamping | None = None,
+        period: float | None = None,
     ):
         n = model.num_joints
         if not np.isfinite(k_beta):
@@ -54,24 +63,41 @@ class NullSpace:
         self._model, self._task = model, task or NoTask()
         self._is_idle = isinstance(self._task, NoTask)
         self._none = np.zeros(n)
-        K = spd_matrix(np.asarray(K_n), "K_n", n)
+        K, rate = null_space_gain(K_n, kappa, n)
         weights = np.zeros((2, n, n))
         if weight is not None:
             W = spd_matrix(weight, "weight", n)
             weights = np.array([W, np.linalg.inv(W)])
         limits = damping.threshold, damping.factor
-        self.arguments = K, float(k_beta), weights, weight is None, *limits
-        self.memory = Memory(start_posture=np.full(n, np.nan))
+        self.arguments = K, rate, float(k_beta), weights, weight is None, *limits
+        self.watch = None
+        if K.any() and period is not None and n > TASK_DIMENSION:
+            self.watch = GainWatch(K, (weights[1], weight is None, *limits), period)
+        self.memory = Memory(start_posture=np.full(n, np.nan), warned=0.0)
 
     def keep_start(self, memory: Array, q: Array) -> None:
         """Keeps the posture from which targets may start, if none has been kept.
 
         Args:
-            memory: of this object (n,).
+            memory: of this object.
             q: joint positions (n,).
         """
         if np.isnan(memory[0]):
-            memory[:] = q
+            memory[self.memory.start_posture] = q
+
+    def check_gain(
+        self, memory: Array, evaluate: Callable[[], ArmState], system: str, time: float
+    ) -> None:
+        """Warns once if a constant K_n is too large at a posture.
+
+        Args:
+            memory: of this object, moved on.
+            evaluate: returns the arm.
+            system: its name in the warning.
+            time: [s].
+        """
+        if self.watch is not None and not memory[self.memory.warned]:
+            memory[self.memory.warned] = self.watch.is_too_large(evaluate(), system, time)
 
     def evaluate_task(
         self, memory: Array, now: Now, x: Array, evaluate: Callable[[], ArmState]
@@ -79,7 +105,7 @@ class NullSpace:
         """Returns w and its derivatives.
 
         Args:
-            memory: of this object (n,).
+            memory: of this object.
             now: has the time; its workspace is a `Scratch` of the model.
             x: [q; v] (2n,) in the model's order.
             evaluate: returns the arm, for a task function that uses it.
@@ -92,7 +118,7 @@ class NullSpace:
             now.time,
             x[:n],
             x[n:],
-            x[:n] if np.isnan(memory[0]) else memory,
+            x[:n] if np.isnan(memory[0]) else memory[self.memory.start_posture],
             evaluate,
             lambda: scratch.at(x),
         )

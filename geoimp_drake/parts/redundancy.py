@@ -17,7 +17,7 @@ from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
 
-__all__ = ["RedundantAcceleration", "ResolvedAcceleration"]
+__all__ = ["RedundantAcceleration", "ResolvedAcceleration", "WatchedRedundantAcceleration"]
 
 
 class ResolvedAcceleration:
@@ -95,6 +95,14 @@ class RedundantAcceleration:
 
     def _write_task_value(self, now: Now, value: Array) -> None:
         value[:], *_ = self._evaluate(now)
+
+
+class WatchedRedundantAcceleration(RedundantAcceleration):
+    """The same with a constant K_n, which each step compares with what the posture allows."""
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Warns once of a K_n that is too large."""
+        self._null_space.check_gain(memory, lambda: now["arm"], now.system, now.time)
 
 
 def _task_acceleration(now: Now) -> Array:

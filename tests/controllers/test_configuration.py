@@ -119,7 +119,7 @@ def test_a_sampling_period_that_cannot_be_used_is_refused(value, text) -> None:
     check_refused(with_field("sampling.period", value), "sampling.period", text)
 
 
-@pytest.mark.parametrize(("value", "text"), [(-20.0, "-20"), (np.nan, "nan"), (np.zeros(6), "0")])
+@pytest.mark.parametrize(("value", "text"), [(-20.0, "-20"), (np.nan, "nan"), (np.eye(6)[0], "0")])
 def test_a_null_space_gain_that_cannot_be_used_is_refused(value, text) -> None:
     check_refused(with_field("redundancy.K_n", value), "redundancy.K_n", text)
 
@@ -238,7 +238,7 @@ def test_two_configurations_share_nothing() -> None:
     one.impedance.translation.stiffness[...] = 1.0
     one.redundancy.K_n[...] = 1.0
     assert float(other.impedance.translation.stiffness) == 700.0
-    assert float(other.redundancy.K_n) == 20.0
+    assert float(other.redundancy.K_n) == 0.0
     for kind in (TranslationGains, RotationGains, ImpedanceConfig, MotionConfig, SamplingConfig):
         assert kind() is not kind()
-    assert float(RedundancyConfig().K_n) == 20.0
+    assert float(RedundancyConfig().K_n) == 0.0

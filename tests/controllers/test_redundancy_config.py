@@ -93,7 +93,7 @@ def test_default_is_damping_towards_rest() -> None:
     config = load("{}")
     np.testing.assert_array_equal(
         value_and_acceleration(made(config)),
-        value_and_acceleration(RedundancyResolver(TRACK, 20.0)),
+        value_and_acceleration(RedundancyResolver(TRACK, kappa=10.0)),
     )
 
 
@@ -117,7 +117,7 @@ def test_every_kind_can_be_made(kind: str) -> None:
 def test_given_task_function_replaces_the_configured_one() -> None:
     config = load("{k_beta: 3, task: {kind: joint-target, joints: [elbow], target: [1.1]}}")
     given = value_and_acceleration(made(config, TRACK, Manipulability()))
-    expected = RedundancyResolver(TRACK, 20.0, k_beta=3.0, task=Manipulability())
+    expected = RedundancyResolver(TRACK, kappa=10.0, k_beta=3.0, task=Manipulability())
     np.testing.assert_array_equal(given, value_and_acceleration(expected))
 
 
@@ -125,6 +125,8 @@ BAD = {
     "K_n: -3": ["redundancy.K_n", "-3"],
     "K_n: [[1, 2], [0, 1]]": ["redundancy.K_n", "symmetric"],
     "K_n: .nan": ["redundancy.K_n", "finite"],
+    "kappa: 0": ["redundancy.kappa", "0 1/s", "positive"],
+    "{K_n: 20, kappa: 5}": ["redundancy.K_n is 20", "redundancy.kappa is 5 1/s", "one of them"],
     "k_beta: .inf": ["redundancy.k_beta", "inf"],
     "weight: B": ["redundancy.weight", "'B'", "inertia", "identity", "matrix"],
     "weight: matrix": ["weight_matrix", "not given"],

@@ -112,7 +112,10 @@ class Resolver:
 
     def start_at(self, posture: np.ndarray) -> None:
         """Does what initialization does."""
-        self.context.SetDiscreteState(posture)
+        places = self.system.part.memory
+        memory = places.start.copy()
+        memory[places.start_posture] = posture
+        self.context.SetDiscreteState(memory)
 
     def read(self, port: str) -> np.ndarray:
         return self.system.GetOutputPort(port).Eval(self.context).copy()

@@ -161,7 +161,7 @@ def arm_state_at(model: ControlModel, q: np.ndarray, v: np.ndarray) -> ArmState:
 
 
 def law_torque(model: ControlModel, arm: ArmState, a: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """Returns (2.3) with (2.5), or with (3.32) to (3.38) for β = 0 and K_n = 20 I, once more.
+    """Returns (2.3) with (2.5), or with (3.32) to (3.38) for β = 0 and K_n = 10 B, once more.
 
     The derivative of the pseudo-inverse is a difference along the arm's velocity.
     """
@@ -182,5 +182,5 @@ def law_torque(model: ControlModel, arm: ArmState, a: np.ndarray, h: np.ndarray)
     C_e = 0.5 * (coriolis(arm.v + e) - coriolis(arm.v) - coriolis(e))
     alpha = J_pinv @ (a - arm.Jdot_v)
     if len(arm.q) > 6:
-        alpha = alpha + N @ (dJ_pinv / (2 * step) @ J @ arm.v + B_inverse @ (20.0 * e + C_e))
+        alpha = alpha + N @ (dJ_pinv / (2 * step) @ J @ arm.v + 10.0 * e + B_inverse @ C_e)
     return arm.B @ alpha + arm.Cv + arm.Fv + arm.g + J.T @ h

@@ -37,7 +37,12 @@ PORTS = {
     ("redundancy", "compiled"): 6,
     ("bar", "compiled"): 8,
     ("plexiglas", "blocks"): 18,
-    ("redundancy", "blocks"): 19,
+    ("redundancy", "blocks"): 20,
+}
+# A constant K_n is compared with what the posture allows.
+WATCHED = {
+    ("redundancy", "compiled"): {"arms": 1},
+    ("redundancy", "blocks"): {"redundancy": 2},
 }
 
 
@@ -86,7 +91,8 @@ def calls_per_step(monkeypatch, experiment: str, form: str) -> dict[str, float]:
 def test_evaluations_in_a_step_of_one_system(monkeypatch, experiment) -> None:
     calls = calls_per_step(monkeypatch, experiment, "compiled")
     assert calls.pop("ports") == PORTS[experiment, "compiled"]
-    assert calls == {**COMPILED[experiment], "impedances": 2, "torques": 1}
+    watched = WATCHED.get((experiment, "compiled"), {})
+    assert calls == {**COMPILED[experiment], "impedances": 2, "torques": 1, **watched}
 
 
 def test_evaluations_in_a_step_of_two_arms_as_one_system(monkeypatch) -> None:
@@ -99,7 +105,8 @@ def test_evaluations_in_a_step_of_two_arms_as_one_system(monkeypatch) -> None:
 def test_evaluations_in_a_step_of_blocks(monkeypatch, experiment) -> None:
     calls = calls_per_step(monkeypatch, experiment, "blocks")
     assert calls.pop("ports") == PORTS[experiment, "blocks"]
-    assert calls == {**BLOCKS, "impedances": 2, "arms": 1}
+    watched = WATCHED.get((experiment, "blocks"), {})
+    assert calls == {**BLOCKS, "impedances": 2, "arms": 1, **watched}
 
 
 def test_either_of_two_arms_is_evaluated_once_in_a_step_of_blocks(monkeypatch) -> None:

@@ -105,7 +105,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         gradient: Array,
         gradient_rate: Array,
         error: Array,
-        K_n: Array,
+        K: Array,
+        kappa: float,
         k_beta: float,
         weights: Array,
         weighs_by_inertia: bool,
@@ -127,7 +128,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
             error: where to write e_n of (3.37) (n,).
-            K_n: gain of e_n (n, n).
+            K: of K_n = K + κB (n, n).
+            kappa: rate κ.
             k_beta: gain of the task function.
             weights: a constant W and its inverse (2, n, n).
             weighs_by_inertia: (3.36) W = B instead.
@@ -157,7 +159,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             links,
             gradient,
             gradient_rate,
-            K_n,
+            K,
+            kappa,
             k_beta,
             weights,
             weighs_by_inertia,

@@ -10,6 +10,7 @@ from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_error,
 )
 from geoimp_drake.laws.dynamics.serial_chain import chain_coriolis
+from geoimp_drake.laws.redundancy.null_space_gain import null_space_force
 from geoimp_drake.typing import Array
 
 __all__ = ["chain_null_space"]
@@ -30,7 +31,8 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
         links: Array,
         gradient: Array,
         gradient_rate: Array,
-        K_n: Array,
+        K: Array,
+        kappa: float,
         k_beta: float,
         weights: Array,
         weighs_by_inertia: bool,
@@ -49,7 +51,8 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
             links: the links' inertias, of `chain_posture` (n, 10).
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
-            K_n: gain of e_n (n, n).
+            K: of K_n = K + κB (n, n).
+            kappa: rate κ.
             k_beta: gain of the task function.
             weights: a constant W and its inverse (2, n, n).
             weighs_by_inertia: (3.36) W = B instead.
@@ -88,7 +91,7 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
             k_beta,
             beta,
             sized(gradient_rate, n),
-            sized(K_n, n, n) @ e_n,
+            null_space_force(sized(K, n, n), kappa, B, e_n),
             0.5 * (c_moved - Cv - c_e),
         )
         return J_pinv, alpha_n, e_n

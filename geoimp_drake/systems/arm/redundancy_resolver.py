@@ -4,7 +4,11 @@ from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.part import Part
-from geoimp_drake.parts.redundancy import RedundantAcceleration, ResolvedAcceleration
+from geoimp_drake.parts.redundancy import (
+    RedundantAcceleration,
+    ResolvedAcceleration,
+    WatchedRedundantAcceleration,
+)
 from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
@@ -25,7 +29,8 @@ class RedundancyResolver(PartSystem):
 
     so that with W = B the energy V = ½ e_nᵀBe_n of the error of the null-space motion obeys
     V̇ = −e_nᵀK_n e_n while null-space motion does not disturb the end effector, nor a wrench there
-    the null-space motion. Without a task function the null-space motion is damped to rest.
+    the null-space motion. Without a task function the null-space motion is damped to rest. The gain
+    K_n is κB, with which V̇ = −2κV in any posture, or constant.
 
     Below the threshold of `damping` the directions that are nearly lost slow down, see
     `damped_pseudo_inverse`; the null-space motion still does not disturb the end effector.
@@ -35,15 +40,19 @@ class RedundancyResolver(PartSystem):
 
     Args:
         model: the arm's control model, n ≥ 6 joints.
-        K_n: gain of e_n, symmetric positive definite (n×n), or a number k for k I [Nms/rad, Ns/m].
+        K_n: constant gain of e_n, symmetric positive definite (n×n), or a number k for k I
+            [Nms/rad, Ns/m]; zero for K_n = κB.
+        kappa: rate κ of that [1/s]; by default 10, unless K_n is given.
         k_beta: k_β; positive climbs w, negative descends, zero only reports it.
         task: w; none by default.
         weight: a constant W, symmetric positive definite (n×n); B by default.
         damping: near singularities; a threshold of zero switches it off. Not for six joints.
+        period: of the joints' readings [s]. A constant K_n is watched for it, and the first posture
+            in which the null-space motion would grow is logged as a warning; None for no watch.
 
     Raises:
-        ConfigurationError: K_n or the weight is not symmetric positive definite, k_β not finite,
-            or the damping negative.
+        ConfigurationError: K_n or the weight is not symmetric positive definite, κ not positive,
+            both given, k_β not finite, or the damping negative.
         SignalError: the task acceleration is NaN or infinite.
         SingularityError: six joints in an exactly singular posture.
 
@@ -59,14 +68,16 @@ class RedundancyResolver(PartSystem):
     def __init__(
         self,
         model: ControlModel,
-        K_n: float | Array = 20.0,
+        K_n: float | Array = 0.0,
         *,
+        kappa: float | None = None,
         k_beta: float = 0.0,
         task: TaskFunction | None = None,
         weight: Array | None = None,
         damping: SingularityDamping | None = None,
+        period: float | None = None,
     ):
-        null_space = NullSpace(model, K_n, k_beta, task, weight, damping)
+        null_space = NullSpace(model, K_n, kappa, k_beta, task, weight, damping, period)
         super().__init__(self.part_of(model, null_space))
 
     @staticmethod
@@ -74,4 +85,6 @@ class RedundancyResolver(PartSystem):
         """Returns the part for an arm, which with six joints has no null space."""
         if model.num_joints == TASK_DIMENSION:
             return ResolvedAcceleration()
-        return RedundantAcceleration(model, null_space)
+        is_watched = null_space.watch is not None
+        kind = WatchedRedundantAcceleration if is_watched else RedundantAcceleration
+        return kind(model, null_space)

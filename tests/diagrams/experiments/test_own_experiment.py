@@ -4,8 +4,10 @@ import json
 
 import pytest
 import yaml
+from library_tree import ROOT
 
 from geoimp_drake.cli import main
+from geoimp_drake.controllers.config import FORMS
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS, OWN, get_experiment
 from geoimp_drake.scenario.loading import plain_data
 from geoimp_drake.scenario.template import commented_yaml
@@ -41,6 +43,40 @@ def test_the_file_is_run_by_its_name_alone(tmp_path, capsys):
     assert (out / "custom.png").exists()
     metrics = json.loads((out / "metrics.json").read_text())
     assert [claim["holds"] for claim in metrics["claims"]] == [None, None, None, True, True]
+
+
+LIGHT7 = ROOT / "tests" / "robot_files" / "cases" / "light7.urdf"
+LIGHT = f"""
+experiment: custom
+arm: light
+robot: {{ file: {LIGHT7}, end_effector: l7, geometry: leave-out }}
+start: {{ posture: [0.3, 0.6, 0.2, 1.2, 0.1, 0.8, 0.0] }}
+duration: 2.0
+sensor: {{ inertial_load: plant }}
+"""
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("K_n", [0.0, 20.0])
+def test_a_light_arm_rests_by_default_and_tells_of_a_gain_that_is_too_large(
+    K_n, form, tmp_path, caplog
+):
+    """K_n = 20 Nms/rad is that of the chapter's arm; 1.5e-2 kg m² of this one answer it."""
+    file, out = tmp_path / "light.yaml", tmp_path / "out"
+    file.write_text(LIGHT + f"form: {form}\nredundancy: {{ K_n: {K_n} }}\n")
+    assert main(["run", "--scenario", str(file), "--out", str(out), "--no-figures"]) == 0
+    warnings = [r.getMessage() for r in caplog.records if "K_n" in r.getMessage()]
+    claims = json.loads((out / "metrics.json").read_text())["claims"]
+    (speed,) = [claim for claim in claims if "joint speed of light" in claim["claim"]]
+    if K_n:
+        (warning,) = warnings
+        assert "t = 0.000 s" in warning
+        assert "in this posture that is 2.59" in warning
+        assert speed["holds"] is False
+    else:
+        assert not warnings
+        assert speed["value"] < 1e-9
+        assert speed["holds"]
 
 
 @pytest.mark.parametrize("name", ["peg_in_hole", "bar"])

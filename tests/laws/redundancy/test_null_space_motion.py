@@ -132,6 +132,22 @@ def test_error_energy_decays_at_the_rate_of_the_gain(name: str, kind: str) -> No
 
 
 @every_arm
+def test_error_energy_decays_at_the_given_rate_in_any_posture(name: str) -> None:
+    model, kappa, duration = MODELS[name], 4.0, 0.16
+    resolver = Resolver.of(model, kappa=kappa, k_beta=-40.0, task=moving_target(model))
+    rows = simulate(resolver, start(model), waving, duration, 4e-3)
+
+    def energy(row: np.ndarray) -> float:
+        resolver.at(row[1:], waving(row[0]), row[0])
+        e_n = resolver.read("null_space_error")
+        return float(0.5 * e_n @ arm_at(model, row[1:]).B @ e_n)
+
+    rate = np.log(energy(rows[0]) / energy(rows[-1])) / duration
+    print(f"{name}: V decays at {rate:.6f} 1/s, 2κ is {2 * kappa:g}")
+    assert rate == pytest.approx(2 * kappa, rel=1e-4)
+
+
+@every_arm
 def test_error_obeys_the_closed_loop_equation(name: str) -> None:
     # (3.38) in (3.37): Bė_n + (K_n + C)e_n has no part in the null space, whatever β does.
     model = MODELS[name]
