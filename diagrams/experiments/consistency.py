@@ -10,8 +10,10 @@ from geoimp_drake.diagrams.experiments.measures import (
     quaternion_error,
 )
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.systems.frame_motion import QUATERNION
 from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
@@ -70,12 +72,16 @@ def largest_misalignment(log: Log, scenario: SingleArmScenario, frame: str) -> f
 
 def misalignment_at(log: Log, scenario: SingleArmScenario, frame: str) -> Array:
     """Returns δ over time (N) about the axis of the applied moment, at C or E."""
-    return misalignment(quaternion_error(log, scenario.arm, frame), _ramp(scenario).moment)
+    return misalignment(quaternion_error(log, scenario.arm, frame), _axis(log, scenario))
 
 
-def _ramp(scenario: SingleArmScenario) -> WrenchRamp:
-    """Returns the applied wrench; without one there is no axis, and any will do."""
-    return scenario.external or WrenchRamp(moment=np.array([0.0, 0.0, 1.0]))
+def _axis(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns the applied moment in D; without one there is no axis, and any will do."""
+    ramp = scenario.external or WrenchRamp(moment=np.array([0.0, 0.0, 1.0]), axes="frame")
+    if ramp.axes == "frame":
+        return ramp.moment
+    R_WD = to_rotation(log[f"{scenario.arm}/motion_D"][0, QUATERNION])
+    return R_WD.T @ ramp.moment
 
 
 def _aligned(log: Log, scenario: SingleArmScenario) -> list[Claim]:

@@ -105,7 +105,7 @@ class LooseScenario(CompliantArmSettings):
     remote_centre: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.165]))
     six: ArmRoles = field(default_factory=ArmRoles)
     seven: ArmRoles = field(default_factory=ArmRoles)
-    external: WrenchRamp | None = None  # on the block at the hole's mouth, in the axes of H
+    external: WrenchRamp | None = None  # on the block, at the hole's mouth H
 
     @property
     def compliant(self) -> str:

@@ -79,11 +79,11 @@ class SetupBuilder(Generic[Models]):
     def add_external_wrench(
         self, frame: Frame, R_WF: RotationMatrix, ramp: WrenchRamp | None
     ) -> None:
-        """Adds what pushes a frame F, in its axes at the start; None pushes nothing."""
+        """Adds what pushes a frame F, whose axes at the start are R_WF; None pushes nothing."""
         if ramp is None:
             return
         wrench = self.builder.AddNamedSystem(
-            "external_wrench", ExternalWrench(frame, R_WF.matrix(), ramp)
+            "external_wrench", ExternalWrench(frame, ramp, R_WF.matrix())
         )
         self.builder.Connect(
             wrench.get_output_port(), self.plant.get_applied_spatial_force_input_port()

@@ -25,7 +25,7 @@ class SingleArmScenario(CompliantArmSettings):
     start: StartConfig = field(default_factory=StartConfig)
     segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
     surface: SurfacePlacement | None = None
-    external: WrenchRamp | None = None  # on the hand at E, in the axes of D at the start
+    external: WrenchRamp | None = None  # on the hand at E; its frame's axes are those of D
     disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
 
     @property

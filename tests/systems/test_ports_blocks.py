@@ -108,7 +108,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
-    ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], np.eye(3), WrenchRamp()), 0),
+    ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], WrenchRamp()), 0),
     ForceTorqueSensor: (held_sensor, 1),
     ForceTorqueSensors: (held_sensors, 1),
     FrameMotionSensor: (frame_motion_sensor, 6),

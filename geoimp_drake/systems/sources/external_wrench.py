@@ -14,17 +14,18 @@ from pydrake.trajectories import PiecewisePolynomial
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
+from geoimp_drake.validation import check, choice, finite_vector, key, non_negative, positive
 
 __all__ = ["ExternalWrench", "WrenchRamp", "linear_with_fourth_order_blends"]
 
 
 @dataclass
 class WrenchRamp:
-    """A wrench that grows from zero to its final value and stays there."""
+    """A wrench on a body that grows from zero to its final value and stays there."""
 
     moment: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [Nm]
     force: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [N]
+    axes: str = "world"  # of both; or frame: as those of the frame where it acts are at the start
     start: float = 0.0  # [s]
     duration: float = 1.0  # of the ramp, blends included [s]
     blend: float = 0.2  # of each blend [s]
@@ -33,6 +34,7 @@ class WrenchRamp:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         finite_vector(self.moment, key(name, "moment"), 3)
         finite_vector(self.force, key(name, "force"), 3)
+        choice(self.axes, key(name, "axes"), ("world", "frame"))
         non_negative(self.start, key(name, "start"), "s")
         positive(self.duration, key(name, "duration"), "s")
         positive(self.blend, key(name, "blend"), "s")
@@ -80,30 +82,34 @@ def _last_blend(rate: float, blend: float) -> Polynomial:
 class ExternalWrench(Block):
     """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant.
 
-    The ramp is linear with fourth-order blends. The wrench acts at the frame's origin and is given
-    in the axes that the frame has at the start, so it keeps its direction in W.
+    The ramp is linear with fourth-order blends. The wrench is that on the body, acts at the frame's
+    origin and keeps its direction in W.
 
     Args:
         frame: F, at which the wrench acts.
-        R_WF0: rotation matrix (3×3) of F at the start.
-        ramp: final wrench in the axes of F at the start, and its timing.
+        ramp: final wrench, its axes and its timing.
+        R_WF0: rotation matrix (3×3) of F at the start, for a wrench in those axes.
 
     Raises:
-        ConfigurationError: a field of the ramp cannot be used.
+        ConfigurationError: a field of the ramp cannot be used, or R_WF0 is missing.
 
     Ports:
         output applied_spatial_force: for the plant's port, list of ExternallyAppliedSpatialForce
     """
 
-    def __init__(self, frame: Frame, R_WF0: Array, ramp: WrenchRamp):
+    def __init__(self, frame: Frame, ramp: WrenchRamp, R_WF0: Array | None = None):
         super().__init__()
         check(ramp, "external")
+        R = np.eye(3) if ramp.axes == "world" else R_WF0
+        if R is None:
+            raise ConfigurationError(
+                "external.axes is 'frame'; give R_WF0, how the frame is turned at the start."
+            )
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = frame.body().index()
         applied.p_BoBq_B = frame.GetFixedPoseInBodyFrame().translation()
         self._final = SpatialForce(
-            tau=R_WF0 @ np.asarray(ramp.moment, dtype=float),
-            f=R_WF0 @ np.asarray(ramp.force, dtype=float),
+            tau=R @ np.asarray(ramp.moment, dtype=float), f=R @ np.asarray(ramp.force, dtype=float)
         )
         self._profile = linear_with_fourth_order_blends(ramp.start, ramp.duration, ramp.blend)
         self.DeclareAbstractOutputPort(

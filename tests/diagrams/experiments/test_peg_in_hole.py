@@ -87,7 +87,7 @@ def rotation_of_C(remote_centre: float, force: str) -> float:
     log, _, failure = run(
         "peg_in_hole",
         f"remote_centre=[0,0,{remote_centre}]",
-        f"external={{force: {force}, duration: 0.3, blend: 0.1}}",
+        f"external={{force: {force}, axes: frame, duration: 0.3, blend: 0.1}}",
         f"duration={EARLY}",
     )
     assert failure is None

@@ -64,22 +64,31 @@ def test_ramp_of_two_blends_has_no_linear_part():
     assert values(profile, 0, [0.0, 0.5, 1.0]) == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
 
 
-def test_wrench_acts_at_the_frame_in_its_first_axes():
+@pytest.mark.parametrize("axes", ["world", "frame"])
+def test_wrench_acts_at_the_frame_in_the_axes_that_are_named(axes):
     plant = MultibodyPlant(time_step=1e-3)
     body = plant.AddRigidBody("hand", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.1))
     X_BF = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0.1, -0.2, 0.3])
     frame = plant.AddFrame(FixedOffsetFrame("F", body.body_frame(), X_BF))
     plant.Finalize()
     R_WF0 = RollPitchYaw(1.0, -0.5, 2.0).ToRotationMatrix().matrix()
-    ramp = WrenchRamp(moment=np.array([0, 0, 2.5]), force=np.array([1.0, 2.0, 3.0]))
-    system = ExternalWrench(frame, R_WF0, ramp)
+    ramp = WrenchRamp(moment=np.array([0, 0, 2.5]), force=np.array([1.0, 2.0, 3.0]), axes=axes)
+    system = ExternalWrench(frame, ramp, R_WF0)
     context = system.CreateDefaultContext()
     context.SetTime(0.5)
     (applied,) = system.get_output_port().Eval(context)
     assert applied.body_index == body.index()
     assert applied.p_BoBq_B == pytest.approx(X_BF.translation())
-    assert applied.F_Bq_W.rotational() == pytest.approx(0.5 * R_WF0 @ ramp.moment)
-    assert applied.F_Bq_W.translational() == pytest.approx(0.5 * R_WF0 @ ramp.force)
+    R = R_WF0 if axes == "frame" else np.eye(3)
+    assert applied.F_Bq_W.rotational() == pytest.approx(0.5 * R @ ramp.moment)
+    assert applied.F_Bq_W.translational() == pytest.approx(0.5 * R @ ramp.force)
+
+
+def test_axes_of_a_frame_need_to_be_known():
+    plant = MultibodyPlant(time_step=1e-3)
+    plant.Finalize()
+    with pytest.raises(ConfigurationError, match=r"external\.axes is 'frame'; give R_WF0"):
+        ExternalWrench(plant.world_frame(), WrenchRamp(axes="frame"))
 
 
 @pytest.mark.parametrize(
@@ -87,6 +96,7 @@ def test_wrench_acts_at_the_frame_in_its_first_axes():
     [
         ("moment", np.array([0, np.nan, 0]), "external.moment.*nan"),
         ("force", np.zeros(2), "external.force.*3"),
+        ("axes", "E", "external.axes 'E'.*frame, world"),
         ("start", -1.0, "external.start is -1"),
         ("duration", 0.0, "external.duration is 0"),
         ("blend", 0.6, r"external.blend is 0.6 s.*two of them.*1 s"),
