@@ -127,6 +127,7 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
     if not equals or not path:
         raise ConfigurationError(f"{quoted(override)} is not of the form key.path=value.")
     value = parse_yaml(text, f"The value of {quoted(override)}")
+    value = dict(value) if isinstance(value, dict) else value  # as what it is put into
     target: Any = data
     keys = path.split(".")
     for depth, key in enumerate(keys):
