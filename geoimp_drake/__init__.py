@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         wrist_sensor_at,
     )
     from geoimp_drake.parts.wrist_sensor_config import ToolLoad, WristSensorConfig
-    from geoimp_drake.robot_files.loading import load_robot
+    from geoimp_drake.robot_files.loading import EndEffector, load_robot
     from geoimp_drake.simulation.log_data import load_log
     from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
     from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
@@ -35,6 +35,7 @@ __version__ = "0.1.0"
 __all__ = [
     "CooperativeControllerConfig",
     "DesiredMotion",
+    "EndEffector",
     "ImpedanceControllerConfig",
     "MotionSegment",
     "ToolLoad",
@@ -56,6 +57,7 @@ __all__ = [
 _MODULES = {
     "CooperativeControllerConfig": "controllers.cooperative_config",
     "DesiredMotion": "systems.sources.desired_motion",
+    "EndEffector": "robot_files.loading",
     "ImpedanceControllerConfig": "controllers.config",
     "MotionSegment": "systems.sources.desired_motion",
     "ToolLoad": "parts.wrist_sensor_config",

@@ -3,11 +3,11 @@
 Frames: W world, B the robot's base, P and C a joint's frames on parent and child.
 """
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.common.eigen_geometry import AngleAxis
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
@@ -15,15 +15,15 @@ from pydrake.multibody.tree import (
     Joint,
     JointActuator,
     ModelInstanceIndex,
-    PrismaticJoint,
-    RevoluteJoint,
     RigidBody,
     SpatialInertia,
     WeldJoint,
 )
 
+from geoimp_drake.arm.control_model import TASK_DIMENSION
 from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.drive import Drive
+from geoimp_drake.robot_files.joints import joint_between, locked_pose
 
 __all__ = ["SENSOR_JOINT", "ArmAssembly"]
 
@@ -36,20 +36,30 @@ class ArmAssembly:
 
     Args:
         plant: holds the robot, not finalized.
-        instance: the robot.
+        instances: the robot, then those of its arms; a list that they share.
         E: the end effector's frame.
     """
 
-    def __init__(self, plant: MultibodyPlant, instance: ModelInstanceIndex, E: Frame):
+    def __init__(self, plant: MultibodyPlant, instances: list[ModelInstanceIndex], E: Frame):
         self._plant = plant
-        self._instance = instance
+        self._instances = instances
         self._E = E
         self._neighbours = self._joined()
         self.changes: list[str] = []
 
+    @property
+    def end_effector(self) -> str:
+        """The name of E."""
+        name: str = self._E.name()
+        return name
+
     def joints(self) -> list[Joint]:
         """Returns the robot's joints, whichever there are now."""
-        return [self._plant.get_joint(k) for k in self._plant.GetJointIndices(self._instance)]
+        return [
+            self._plant.get_joint(k)
+            for instance in self._instances
+            for k in self._plant.GetJointIndices(instance)
+        ]
 
     def parted(self) -> list[tuple[str, str]]:
         """Returns the links, in pairs, that a joint of the file connects and none does any more."""
@@ -83,29 +93,58 @@ class ArmAssembly:
             if not X_WB.IsExactlyIdentity():
                 X_WP = X_WB @ P.GetFixedPoseInBodyFrame()
                 self._replace(joint, self._frame(f"{joint.name()}_base", world, X_WP))
-        path = self.path()
+        self.weld_base(X_WB)
+
+    def weld_base(self, X_WB: RigidTransform) -> None:
+        """Welds the base to the world unless it is."""
+        world, path = self._plant.world_body(), self.path()
         base = path[0].parent_body() if path else self._E.body()
         if base.index() != world.index():
             self._plant.WeldFrames(self._plant.world_frame(), base.body_frame(), X_WB)
 
-    def lock_others(self) -> None:
-        """Turns the moving joints that are not on the way, a gripper's, into welds."""
-        on_path = {joint.index() for joint in self.path()}
-        others = [
-            joint
-            for joint in self.joints()
-            if joint.index() not in on_path and not isinstance(joint, WeldJoint)
-        ]
-        # A joint that is locked away from zero is worth a number.
-        done = []
-        for joint in others:
-            X_PC, where = _default_pose(joint)
-            done.append(f"{joint.name()}{where}")
-            weld = WeldJoint(joint.name(), joint.frame_on_parent(), joint.frame_on_child(), X_PC)
-            self._remove(joint)
-            self._plant.AddJoint(weld)
-        if done:
-            self.changes.append(f"joints beside the arm locked: {', '.join(done)}")
+    def lock_others(self, arms: "Sequence[ArmAssembly]" = ()) -> None:
+        """Turns the moving joints that are on the way to no arm, or to several, into welds.
+
+        Args:
+            arms: the robot's other arms.
+
+        Raises:
+            ModelError: that leaves an arm fewer than six joints.
+        """
+        ways = Counter(joint.index() for arm in (self, *arms) for joint in arm.path())
+        moving = [joint for joint in self.joints() if not isinstance(joint, WeldJoint)]
+        shared = [joint for joint in moving if ways[joint.index()] > 1]
+        if shared:
+            _check_left(shared, [self, *arms])
+        beside = [joint for joint in moving if ways[joint.index()] == 0]
+        for joints, which in ((beside, "beside the arm"), (shared, "that move several arms")):
+            # A joint that is locked away from zero is worth a number.
+            done = [f"{joint.name()}{self._lock(joint)}" for joint in joints]
+            if done:
+                self.changes.append(f"joints {which} locked: {', '.join(done)}")
+
+    def _lock(self, joint: Joint) -> str:
+        """Welds a joint where it is by default; returns a word on where."""
+        X_PC, where = locked_pose(joint)
+        weld = WeldJoint(joint.name(), joint.frame_on_parent(), joint.frame_on_child(), X_PC)
+        self._remove(joint)
+        self._plant.AddJoint(weld)
+        return where
+
+    def split_off(self, name: str) -> ModelInstanceIndex:
+        """Moves the joints that move E into a model instance of their own; the bodies stay.
+
+        Drake orders states and torques by the model instance of joints, which is that of the
+        frame on the child.
+        """
+        arm = self._plant.AddModelInstance(name)
+        for joint in self.moving():
+            C = joint.frame_on_child()
+            X_BC = C.GetFixedPoseInBodyFrame()
+            own = self._frame(f"{joint.name()}_moved", joint.child_body(), X_BC, arm)
+            self._replace(joint, joint.frame_on_parent(), own)
+        self._instances.append(arm)
+        return arm
 
     def sensor_joint(self, name: str | None) -> WeldJoint:
         """Returns the weld that carries the wrist sensor.
@@ -165,7 +204,7 @@ class ArmAssembly:
         if (old := self._actuator(joint)) is not None:
             self._plant.RemoveJointActuator(old)
         name = drive.actuator or joint.name()
-        if self._plant.HasJointActuatorNamed(name, self._instance):
+        if self._plant.HasJointActuatorNamed(name, joint.model_instance()):
             name = joint.name()
         actuator = self._plant.AddJointActuator(name, joint, drive.effort_limit)
         actuator.set_default_rotor_inertia(drive.rotor_inertia)
@@ -173,22 +212,21 @@ class ArmAssembly:
 
     def _cut(self, joint: Joint) -> WeldJoint:
         """Puts a massless mounting between a joint and its link; returns the weld between them."""
-        link = joint.child_body()
-        mounting = self._plant.AddRigidBody(
-            f"{SENSOR_JOINT}_mounting", self._instance, SpatialInertia.Zero()
-        )
+        link, robot = joint.child_body(), self._instances[0]
+        name = SENSOR_JOINT
+        if self._plant.HasJointNamed(name, robot):
+            name = f"{SENSOR_JOINT}_{joint.name()}"
+        mounting = self._plant.AddRigidBody(f"{name}_mounting", robot, SpatialInertia.Zero())
         X_LC = joint.frame_on_child().GetFixedPoseInBodyFrame()
-        C = self._frame(f"{SENSOR_JOINT}_{joint.name()}", mounting, X_LC)
+        C = self._frame(f"{name}_{joint.name()}", mounting, X_LC)
         self.changes.append(f"wrist sensor put between joint {joint.name()} and link {link.name()}")
         self._replace(joint, joint.frame_on_parent(), C)
-        weld = WeldJoint(
-            SENSOR_JOINT, mounting.body_frame(), link.body_frame(), RigidTransform.Identity()
-        )
+        weld = WeldJoint(name, mounting.body_frame(), link.body_frame(), RigidTransform.Identity())
         return self._plant.AddJoint(weld)
 
     def _replace(self, joint: Joint, P: Frame, C: Frame | None = None) -> None:
         """Attaches a joint to other frames; its actuator goes."""
-        copy = _copy(joint, P, C or joint.frame_on_child())
+        copy = joint_between(joint, P, C or joint.frame_on_child())
         self._remove(joint)
         self._plant.AddJoint(copy)
 
@@ -206,42 +244,26 @@ class ArmAssembly:
                 return actuator
         return None
 
-    def _frame(self, name: str, body: RigidBody, X_BF: RigidTransform) -> Frame:
-        return self._plant.AddFrame(FixedOffsetFrame(name, body.body_frame(), X_BF, self._instance))
+    def _frame(
+        self,
+        name: str,
+        body: RigidBody,
+        X_BF: RigidTransform,
+        instance: ModelInstanceIndex | None = None,
+    ) -> Frame:
+        owner = self._instances[0] if instance is None else instance
+        return self._plant.AddFrame(FixedOffsetFrame(name, body.body_frame(), X_BF, owner))
 
 
-def _copy(joint: Joint, P: Frame, C: Frame) -> Joint:
-    """Returns the same joint between other frames."""
-    if isinstance(joint, WeldJoint):
-        return WeldJoint(joint.name(), P, C, joint.X_FM())
-    if not isinstance(joint, RevoluteJoint | PrismaticJoint):
-        raise ModelError(
-            f"Joint '{joint.name()}' is of type '{joint.type_name()}'; an arm is made of revolute "
-            f"and prismatic joints."
-        )
-    revolute = isinstance(joint, RevoluteJoint)
-    axis = joint.revolute_axis() if revolute else joint.translation_axis()
-    kind = RevoluteJoint if revolute else PrismaticJoint
-    copy = kind(joint.name(), P, C, axis, damping=joint.default_damping())
-    copy.set_position_limits(joint.position_lower_limits(), joint.position_upper_limits())
-    copy.set_velocity_limits(joint.velocity_lower_limits(), joint.velocity_upper_limits())
-    copy.set_acceleration_limits(
-        joint.acceleration_lower_limits(), joint.acceleration_upper_limits()
-    )
-    copy.set_default_positions(joint.default_positions())
-    return copy
-
-
-def _default_pose(joint: Joint) -> tuple[RigidTransform, str]:
-    """Returns X_PC in the default position, or the nearest one allowed, and a word on which."""
-    if not isinstance(joint, RevoluteJoint | PrismaticJoint):
-        raise ModelError(
-            f"Joint '{joint.name()}' beside the arm is of type '{joint.type_name()}', which cannot "
-            f"be locked; fix it in the file."
-        )
-    low, high = joint.position_lower_limit(), joint.position_upper_limit()
-    q = float(np.clip(joint.default_positions()[0], low, high))
-    where = f" at {q:g}" if q else ""
-    if isinstance(joint, PrismaticJoint):
-        return RigidTransform(q * joint.translation_axis()), where
-    return RigidTransform(RotationMatrix(AngleAxis(q, joint.revolute_axis()))), where
+def _check_left(shared: list[Joint], arms: "Sequence[ArmAssembly]") -> None:
+    """Raises ModelError if an arm has too few joints that move no other arm."""
+    locked = {joint.index() for joint in shared}
+    for arm in arms:
+        left = [joint.name() for joint in arm.moving() if joint.index() not in locked]
+        if len(left) < TASK_DIMENSION:
+            raise ModelError(
+                f"{len(left)} joints ({', '.join(left) or 'none'}) move end effector "
+                f"'{arm.end_effector}' and no other; six-DOF impedance needs {TASK_DIMENSION}. "
+                f"Shared are: {', '.join(joint.name() for joint in shared)}. Give one end effector "
+                f"for each arm, in end_effectors."
+            )

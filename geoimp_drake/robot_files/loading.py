@@ -1,9 +1,10 @@
 """Adding a robot of the user's own to a plant, whatever its description leaves open."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -11,7 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex, WeldJoint
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.errors import ModelError, drake_errors
+from geoimp_drake.errors import ConfigurationError, ModelError, drake_errors
 from geoimp_drake.robot_files.assembly import ArmAssembly
 from geoimp_drake.robot_files.collision_filters import filter_collisions
 from geoimp_drake.robot_files.description import Description
@@ -23,7 +24,7 @@ from geoimp_drake.robot_files.parsing import find_frame, parse, trial_plant
 from geoimp_drake.robot_files.preparation import prepare
 from geoimp_drake.validation import choice
 
-__all__ = ["LoadedRobot", "load_robot"]
+__all__ = ["EndEffector", "LoadedRobot", "load_robot"]
 
 _log = logging.getLogger("drake")
 
@@ -32,11 +33,21 @@ _NO_INERTIA = 1e-12
 
 
 @dataclass(frozen=True)
+class EndEffector:
+    """Where one of several arms ends; see `load_robot` for offset and sensor joint."""
+
+    frame: str
+    offset: RigidTransform | None = None
+    sensor_joint: str | None = None
+
+
+@dataclass(frozen=True)
 class LoadedRobot:
     """A robot in its plant.
 
     Attributes:
-        model_instance: the robot, an arm whose every joint has an actuator.
+        model_instance: the robot, an arm whose every joint has an actuator; of several arms, the
+            one with this arm's joints.
         end_effector_frame: E.
         sensor_joint: the weld whose reaction force a wrist sensor reads, see `add_wrist_sensor`.
             Give that sensor `inertial_load: plant` or `reference`: what it carries may be as heavy
@@ -50,6 +61,7 @@ class LoadedRobot:
     changes: tuple[str, ...]
 
 
+@overload
 def load_robot(
     file: str | Path,
     plant: MultibodyPlant,
@@ -62,7 +74,37 @@ def load_robot(
     packages: Mapping[str, str | Path] | None = None,
     geometry: str = "convert",
     cache: Path | None = None,
-) -> LoadedRobot:
+) -> LoadedRobot: ...
+
+
+@overload
+def load_robot(
+    file: str | Path,
+    plant: MultibodyPlant,
+    *,
+    end_effectors: Sequence[str | EndEffector],
+    name: str = "robot",
+    base_pose: RigidTransform | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+    geometry: str = "convert",
+    cache: Path | None = None,
+) -> tuple[LoadedRobot, ...]: ...
+
+
+def load_robot(
+    file: str | Path,
+    plant: MultibodyPlant,
+    *,
+    end_effector: str | None = None,
+    end_effectors: Sequence[str | EndEffector] = (),
+    name: str = "robot",
+    offset: RigidTransform | None = None,
+    sensor_joint: str | None = None,
+    base_pose: RigidTransform | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+    geometry: str = "convert",
+    cache: Path | None = None,
+) -> LoadedRobot | tuple[LoadedRobot, ...]:
     """Adds a robot from a URDF, SDF or MJCF file to a plant, ready for `make_impedance_controller`.
 
     What ROS-style files leave open is filled in: joints on the way to the end effector get
@@ -71,10 +113,15 @@ def load_robot(
     from their shapes, the base is welded to the world. One line in Drake's log says so. If the
     robot cannot be used the plant is left as it was.
 
+    A robot with several arms is loaded by `end_effectors`, one for each arm. Each arm gets a model
+    instance of its own, NAME_FRAME, with the joints that move it; all bodies are in the instance
+    NAME, and joints that move several arms, those of a torso, are locked.
+
     Args:
         file: the description; a xacro file is to be expanded before.
         plant: not finalized, without constraints and force elements of the user's as yet.
         end_effector: a link or frame of the file, or an MJCF site.
+        end_effectors: one such frame for each arm, instead; `EndEffector` for more than its name.
         name: of the model instance.
         offset: X_FE, the pose of E in that frame F; they are the same by default.
         sensor_joint: a fixed joint between the last moving link and E. By default the first that
@@ -88,16 +135,20 @@ def load_robot(
         cache: folder for converted meshes; one of the user's by default.
 
     Returns:
-        Where the robot is in the plant.
+        Where the robot is in the plant; for each arm, if there are `end_effectors`.
 
     Raises:
-        ConfigurationError: a file, mesh or package is missing or cannot be read, an unknown choice.
+        ConfigurationError: a file, mesh or package is missing or cannot be read, an unknown choice,
+            not either `end_effector` or `end_effectors`.
         ModelError: no such frame or joint, an inertia that no body can have, fewer than six
             joints, a joint that carries no inertia; or the plant cannot take a robot.
     """
     file = Path(file)
     choice(geometry, "geometry", GEOMETRY)
-    _check_plant(plant, name)
+    hands = _end_effectors(end_effector, end_effectors, offset, sensor_joint)
+    arms = {hand.frame: f"{name}_{hand.frame}" for hand in hands} if end_effectors else {}
+    for instance in (name, *arms.values()):
+        _check_plant(plant, instance)
     with drake_errors(ModelError, f"Drake cannot use {file}"):
         folders = {
             package: find_package(package, file, packages or {}) for package in packages or {}
@@ -107,9 +158,8 @@ def load_robot(
             description,
             drives,
             name,
-            end_effector,
-            offset or RigidTransform(),
-            sensor_joint,
+            hands,
+            arms,
             base_pose or RigidTransform(),
             folders,
         )
@@ -117,10 +167,31 @@ def load_robot(
             parted = _check(recipe, followers)
         if plant.get_adjacent_bodies_collision_filters():
             filter_collisions(description, parted)
-        robot, _ = recipe.add_to(plant)
-    done = "; ".join(robot.changes) or "nothing had to be changed"
+        robots, _ = recipe.add_to(plant)
+    done = "; ".join(robots[0].changes) or "nothing had to be changed"
     _log.info(f"Robot '{name}' from {file.name}: {done}.")
-    return robot
+    return robots if end_effectors else robots[0]
+
+
+def _end_effectors(
+    one: str | None,
+    several: Sequence[str | EndEffector],
+    offset: RigidTransform | None,
+    sensor_joint: str | None,
+) -> list[EndEffector]:
+    if (one is None) != bool(several):
+        raise ConfigurationError(
+            f"end_effector is {one!r} and end_effectors is {several!r}; give the frame of the one "
+            f"arm, or a list with one for each arm."
+        )
+    if one is not None:
+        return [EndEffector(one, offset, sensor_joint)]
+    if offset is not None or sensor_joint is not None:
+        raise ConfigurationError(
+            "offset and sensor_joint are those of one arm; for several give "
+            "EndEffector(frame, offset, sensor_joint) in end_effectors."
+        )
+    return [EndEffector(E) if isinstance(E, str) else E for E in several]
 
 
 @dataclass(frozen=True)
@@ -130,29 +201,42 @@ class _Recipe:
     description: Description
     drives: Mapping[str, Drive]
     name: str
-    end_effector: str
-    X_FE: RigidTransform
-    sensor_joint: str | None
+    end_effectors: Sequence[EndEffector]
+    arms: Mapping[str, str]  # model instances by end effector, if arms get their own
     X_WB: RigidTransform
     packages: Mapping[str, Path]
 
-    def add_to(self, plant: MultibodyPlant) -> tuple[LoadedRobot, ArmAssembly]:
+    def add_to(self, plant: MultibodyPlant) -> tuple[tuple[LoadedRobot, ...], ArmAssembly]:
         instance = parse(self.description, plant, self.packages)
         plant.RenameModelInstance(instance, self.name)
-        E = self._end_effector(plant, instance)
-        arm = ArmAssembly(plant, instance, E)
-        arm.place_base(self.X_WB)
-        arm.lock_others()
-        sensor = arm.sensor_joint(self.sensor_joint)
-        arm.add_actuators(self.drives)
-        changes = (*self.description.changes, *arm.changes)
-        return LoadedRobot(instance, E, sensor, changes), arm
+        frames = [self._frame(plant, instance, hand) for hand in self.end_effectors]
+        instances = [instance]
+        first, *others = arms = [ArmAssembly(plant, instances, E) for E in frames]
+        first.place_base(self.X_WB)
+        for arm in others:
+            arm.weld_base(self.X_WB)
+        first.lock_others(others)
+        placed = []
+        for hand, arm in zip(self.end_effectors, arms, strict=True):
+            sensor, own = arm.sensor_joint(hand.sensor_joint), instance
+            if self.arms:
+                own = arm.split_off(self.arms[hand.frame])
+            arm.add_actuators(self.drives)
+            placed.append((own, sensor))
+        changes = (*self.description.changes, *(done for arm in arms for done in arm.changes))
+        robots = [
+            LoadedRobot(own, E, sensor, changes)
+            for (own, sensor), E in zip(placed, frames, strict=True)
+        ]
+        return tuple(robots), first
 
-    def _end_effector(self, plant: MultibodyPlant, instance: ModelInstanceIndex) -> Frame:
-        F = find_frame(self.description, plant, instance, self.end_effector)
-        if self.X_FE.IsExactlyIdentity():
+    def _frame(
+        self, plant: MultibodyPlant, instance: ModelInstanceIndex, hand: EndEffector
+    ) -> Frame:
+        F = find_frame(self.description, plant, instance, hand.frame)
+        if hand.offset is None or hand.offset.IsExactlyIdentity():
             return F
-        return plant.AddFrame(FixedOffsetFrame(f"{F.name()}_E", F, self.X_FE, instance))
+        return plant.AddFrame(FixedOffsetFrame(f"{F.name()}_E", F, hand.offset, instance))
 
 
 def _check_plant(plant: MultibodyPlant, name: str) -> None:
@@ -174,17 +258,18 @@ def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
     Returns the neighbours that are none any more, see `ArmAssembly.parted`.
     """
     plant, _scene_graph = trial_plant()
-    robot, assembly = recipe.add_to(plant)
+    robots, assembly = recipe.add_to(plant)
     plant.Finalize()
-    model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
-    for joint in model.joint_names:
-        if joint in followers:
-            raise ModelError(
-                f"Joint '{joint}' of {recipe.description.file.name} is on the way to "
-                f"'{recipe.end_effector}' but follows another joint (mimic); an arm's joints move "
-                f"freely. Choose a frame before it, or take the coupling out of the file."
-            )
-    _check_carried(model, recipe)
+    for robot, hand in zip(robots, recipe.end_effectors, strict=True):
+        model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
+        for joint in model.joint_names:
+            if joint in followers:
+                raise ModelError(
+                    f"Joint '{joint}' of {recipe.description.file.name} is on the way to "
+                    f"'{hand.frame}' but follows another joint (mimic); an arm's joints move "
+                    f"freely. Choose a frame before it, or take the coupling out of the file."
+                )
+        _check_carried(model, recipe)
     return assembly.parted()
 
 

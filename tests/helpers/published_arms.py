@@ -197,3 +197,59 @@ def write_mjcf(folder: Path) -> Path:
 
 def _mjcf_inertial(mass: float) -> str:
     return f'<inertial pos="0.03 0.01 0.02" mass="{mass}" diaginertia="{_text(moments(mass))}"/>'
+
+
+SIDES = {"left": 0.3, "right": -0.3}  # [m] of both arms of the robots below along y
+
+
+def write_dual_urdf(folder: Path) -> Path:
+    """Writes two of the arms on a torso that turns, as a URDF; the left one has a finger."""
+    text = _plain_link("base_link", 10.0) + _plain_link("torso", 20.0)
+    limit = '<limit effort="90" lower="-1" upper="1" velocity="1"/>'
+    text += _joint("torso_yaw", "revolute", "base_link", "torso", [0, 0, 0.6], [0, 0, 1], limit)
+    for side, y in SIDES.items():
+        parent = "torso"
+        for k, (xyz, axis, mass) in enumerate(JOINTS, 1):
+            place = np.add(xyz, [0, y, 0]) if k == 1 else xyz
+            limit = f'<limit effort="{EFFORTS[k - 1]}" lower="-2.9" upper="2.9" velocity="3"/>'
+            name, link = f"{side}_joint_{k}", f"{side}_link_{k}"
+            text += _plain_link(link, mass)
+            text += _joint(name, "revolute", parent, link, place, axis, limit)
+            parent = link
+        text += f'<link name="{side}_tool0"/>'
+        text += _joint(f"{side}_to_tool0", "fixed", parent, f"{side}_tool0", [0.07, 0, 0])
+    text += _plain_link("left_finger", 0.05)
+    limit = '<limit effort="20" lower="0.01" upper="0.04" velocity="1"/>'
+    text += _joint(
+        "left_slide", "prismatic", "left_tool0", "left_finger", [0, 0, 0], [0, 1, 0], limit
+    )
+    file = folder / "dual.urdf"
+    file.write_text(f'<robot name="dual">{text}</robot>')
+    return file
+
+
+def _plain_link(name: str, mass: float) -> str:
+    return f'<link name="{name}">{inertial_urdf(mass)}</link>'
+
+
+def write_dual_mjcf(folder: Path) -> Path:
+    """Writes two of the arms, without anything welded at the wrist, on a column that lifts."""
+    arms, motors = "", ""
+    for side, y in SIDES.items():
+        body = ""
+        for k in reversed(range(6)):
+            xyz, axis, mass = JOINTS[k]
+            place = np.add(xyz, [0, y, 0]) if k == 0 else xyz
+            name = f"{side}_joint_{k + 1}"
+            body = f"""<body name="{side}_link_{k + 1}" pos="{_text(place)}">{_mjcf_inertial(mass)}
+                <joint name="{name}" axis="{_text(axis)}" range="-2.9 2.9"/>{body}</body>"""
+            motors += (
+                f'<motor name="{name}" joint="{name}" forcerange="-{EFFORTS[k]} {EFFORTS[k]}"/>'
+            )
+        arms += body
+    file = folder / "dual.xml"
+    file.write_text(f"""<mujoco model="dual"><compiler angle="radian"/><worldbody>
+        <body name="base_link">{_mjcf_inertial(10.0)}<body name="torso" pos="0 0 0.6">
+        {_mjcf_inertial(20.0)}<joint name="lift" type="slide" axis="0 0 1" range="0 0.5"/>{arms}
+        </body></body></worldbody><actuator>{motors}</actuator></mujoco>""")
+    return file
