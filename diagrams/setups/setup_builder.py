@@ -118,6 +118,7 @@ class SetupBuilder(Generic[Models]):
             frames={frame: self.recorder.port(f"{name}/motion_{frame}") for frame in frames},
             wrench=wrench,
             at=frames[-1],
+            step=self._scenario.plant.time_step or self._scenario.log_period,
         )
         if self._live:
             push = not self._pushes

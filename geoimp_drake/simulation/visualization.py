@@ -23,9 +23,9 @@ from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
-__all__ = ["FrameTriads", "WrenchArrow", "add_visualization"]
+__all__ = ["FrameTriads", "WrenchArrow", "add_visualization", "frame_period"]
 
-_PERIOD = 1 / 32  # [s]; a binary fraction, so that frames fall on the same times in every run
+_PERIOD = 1 / 32  # [s]; of frames at least
 _AXIS_COLOURS = (Rgba(0.84, 0.15, 0.16), Rgba(0.17, 0.63, 0.17), Rgba(0.12, 0.47, 0.71))
 _AXIS_ROTATIONS = (
     RotationMatrix.MakeYRotation(np.pi / 2),
@@ -46,6 +46,8 @@ def add_visualization(
     frames: Mapping[str, OutputPort],
     wrench: OutputPort,
     at: str = "E",
+    *,
+    step: float | None = None,
 ) -> None:
     """Adds the models, the contact patches, a triad for each frame, arrows for force and moment.
 
@@ -57,20 +59,39 @@ def add_visualization(
         frames: ports with frame motions by the frames' names.
         wrench: port with [moment; force] on the environment in W.
         at: name of the frame whose origin carries the arrows.
+        step: of the simulation [s], by default the plant's; see `frame_period`.
     """
-    parameters = MeshcatVisualizerParams(role=Role.kIllustration, publish_period=_PERIOD)
+    period = frame_period(plant.time_step() if step is None else step)
+    parameters = MeshcatVisualizerParams(role=Role.kIllustration, publish_period=period)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
     ContactVisualizer.AddToBuilder(
-        builder, plant, meshcat, ContactVisualizerParams(publish_period=_PERIOD)
+        builder, plant, meshcat, ContactVisualizerParams(publish_period=period)
     )
     triads = builder.AddNamedSystem(
-        unused_name(builder, "frame_triads"), FrameTriads(meshcat, tuple(frames))
+        unused_name(builder, "frame_triads"), FrameTriads(meshcat, tuple(frames), period)
     )
     for name, port in frames.items():
         builder.Connect(port, triads.GetInputPort(name))
-    arrow = builder.AddNamedSystem(unused_name(builder, "wrench_arrow"), WrenchArrow(meshcat))
+    arrow = builder.AddNamedSystem(
+        unused_name(builder, "wrench_arrow"), WrenchArrow(meshcat, period)
+    )
     builder.Connect(frames[at], arrow.GetInputPort("motion_E"))
     builder.Connect(wrench, arrow.GetInputPort("wrench"))
+
+
+def frame_period(step: float) -> float:
+    """Returns the time between frames [s], 1/32 s at least: 2ⁿ steps.
+
+    The simulation stops for each frame. At a time at which it stops anyway, to the bit, a frame
+    changes nothing in it, and 2ⁿ · step times k is 2ⁿ k times the step without rounding.
+
+    Args:
+        step: between times at which the simulation stops anyway [s]; 0 if there are none.
+    """
+    period = step or _PERIOD
+    while period < _PERIOD:
+        period *= 2.0
+    return period
 
 
 class FrameTriads(Block):
@@ -80,14 +101,14 @@ class FrameTriads(Block):
         input NAME: motion of the frame of that name in W (19), one port a frame
     """
 
-    def __init__(self, meshcat: Meshcat, names: tuple[str, ...]):
+    def __init__(self, meshcat: Meshcat, names: tuple[str, ...], period: float = _PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._names = names
         for name in names:
             self.DeclareVectorInputPort(name, frame_motion_vector())
             _draw_triad(meshcat, f"frames/{name}", *_TRIAD_SIZES.get(name, _TRIAD_SIZES["E"]))
-        self.DeclarePeriodicPublishEvent(_PERIOD, 0.0, self._draw)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._draw)
         self.DeclareForcedPublishEvent(self._draw)
 
     def _draw(self, context: Context) -> None:
@@ -104,7 +125,7 @@ class WrenchArrow(Block):
         input wrench: [moment; force] on the environment in W (6)
     """
 
-    def __init__(self, meshcat: Meshcat):
+    def __init__(self, meshcat: Meshcat, period: float = _PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._motion = self.DeclareVectorInputPort("motion_E", frame_motion_vector())
@@ -112,7 +133,7 @@ class WrenchArrow(Block):
         for path, colour in (("wrench", _FORCE_COLOUR), ("moment", _MOMENT_COLOUR)):
             meshcat.SetObject(f"{path}/shaft", Cylinder(0.006, 1.0), colour)
             meshcat.SetObject(f"{path}/tip", MeshcatCone(0.03, 0.014, 0.014), colour)
-        self.DeclarePeriodicPublishEvent(_PERIOD, 0.0, self._draw)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._draw)
         self.DeclareForcedPublishEvent(self._draw)
 
     def _draw(self, context: Context) -> None:

@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
-from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.campaigns.sweep_figures import success_map
+from geoimp_drake.output_folder import FileWriter
+from geoimp_drake.simulation.figures import interaction_figure, panels_figure
+from geoimp_drake.simulation.style import write_figure
 
 T = np.linspace(0.0, 1.0, 50)
 NOISE = 1e-15 * np.random.default_rng(0).standard_normal((50, 3))
@@ -30,3 +35,26 @@ def test_a_signal_is_shown_whole() -> None:
     assert low < values.min()
     assert high > values.max()
     assert (low, high) == limits(values, None)
+
+
+def named_figure(name: str) -> Figure:
+    motion = np.zeros((50, 19))
+    log = {"t": T, "arm/motion_D": motion, "arm/motion_C": motion, "arm/wrench": motion[:, :6]}
+    labels = {"title": name, "orientation_label": name, "phases": [(name, 0.0, 1.0)]}
+    return interaction_figure(log, "arm", NOISE, **labels)
+
+
+def named_map(name: str) -> Figure:
+    row = {name: 1.0, "y": 2.0, "error": None, "success": True}
+    return success_map([row, {**row, name: 2.0}], (name, "y"), name)
+
+
+@pytest.mark.parametrize("figure", [named_figure, named_map])
+@pytest.mark.parametrize("name", [r"$\frac{$", "$x^2$", r"a \$ b $ c", "50 %", "<b>", "{", "\\"])
+def test_a_name_is_drawn_as_it_is_written(figure, name, tmp_path) -> None:
+    drawn = figure(name)
+    write_figure(FileWriter(tmp_path), "figure", drawn)
+    texts = [text for text in drawn.findobj(Text) if name in text.get_text()]
+    assert texts
+    # Else the name would be taken for a formula.
+    assert not any(text.get_parse_math() for text in texts)
