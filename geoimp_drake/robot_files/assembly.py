@@ -84,6 +84,12 @@ class ArmAssembly:
         """Returns the moving joints from the base to the end effector."""
         return [joint for joint in self.path() if not isinstance(joint, WeldJoint)]
 
+    def moved_links(self) -> set[str]:
+        """Returns the names of the links that are on the way and move."""
+        path = self.path()
+        first = next((k for k, j in enumerate(path) if not isinstance(j, WeldJoint)), len(path))
+        return {joint.child_body().name() for joint in path[first:]}
+
     def place_base(self, X_WB: RigidTransform) -> None:
         """Welds the base to the world; what the file welds there is moved along with it."""
         world = self._plant.world_body()

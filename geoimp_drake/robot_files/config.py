@@ -9,6 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.geometry import GEOMETRY
+from geoimp_drake.robot_files.inertia_repair import INERTIA
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
@@ -30,6 +31,7 @@ class RobotConfig:
     sensor_joint: str | None = None  # a fixed joint; otherwise one is found or put there
     packages: dict[str, str] = field(default_factory=dict)  # folders of package:// names
     geometry: str = "convert"  # or keep, leave-out
+    inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -45,6 +47,7 @@ class RobotConfig:
             if not getattr(self, part):
                 raise ConfigurationError(f"{key(name, part)} is empty; give {what}.")
         choice(self.geometry, key(name, "geometry"), GEOMETRY)
+        choice(self.inertia, key(name, "inertia"), INERTIA)
         for part in _POSES:
             finite_vector(getattr(self, part), key(name, part), 3)
 
@@ -74,6 +77,7 @@ class RobotConfig:
             base_pose=_pose(self.base_position, self.base_attitude_deg),
             packages={key: start / Path(p).expanduser() for key, p in self.packages.items()},
             geometry=self.geometry,
+            inertia=self.inertia,
         )
 
 

@@ -1,14 +1,16 @@
 """The shapes in a robot's description: meshes found and converted, or everything left out."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.description import Description
+from geoimp_drake.robot_files.inertial_elements import links
 from geoimp_drake.robot_files.meshes import convert_mesh, is_read_by_drake
 from geoimp_drake.robot_files.packages import resolve
 
-__all__ = ["GEOMETRY", "leave_out_geometry", "place_meshes"]
+__all__ = ["GEOMETRY", "leave_out_geometry", "place_meshes", "place_textures"]
 
 # What is done with a robot's shapes.
 GEOMETRY = ("convert", "keep", "leave-out")
@@ -45,18 +47,36 @@ def place_meshes(
         description.changes.append(f"{len(converted)} meshes converted ({kinds})")
 
 
-def leave_out_geometry(description: Description) -> None:
-    """Takes all shapes out, but for those that alone define the inertia of an MJCF body."""
-    for link in description.root.iter("link"):
-        for tag in ("visual", "collision"):
-            for shape in link.findall(tag):
+def place_textures(description: Description, packages: Mapping[str, str | Path]) -> None:
+    """Names every texture by its full path; those that are not there are left out."""
+    folder = description.file.resolve().parent
+    missing = set()
+    for holder in list(description.root.iter()):
+        for material in holder.findall("material"):
+            for texture in [e for e in material if e.tag in ("texture", "drake:diffuse_map")]:
+                key = "filename" if texture.tag == "texture" else None
+                uri = _address(texture, key)
+                try:
+                    path = resolve(uri, description.file, packages, folder)
+                except ConfigurationError:
+                    missing.add(uri)
+                    material.remove(texture)
+                else:
+                    _set_address(texture, key, path)
+            if not len(material):
+                holder.remove(material)
+    if missing:
+        description.changes.append(f"textures not found: {', '.join(sorted(missing))}")
+
+
+def leave_out_geometry(description: Description, but: Collection[str] = ()) -> None:
+    """Takes all shapes out, but for those of the links that are named."""
+    shapes = {"xml": ("geom",)}.get(description.format, ("visual", "collision"))
+    for link in (*links(description), *description.root.iter("worldbody")):
+        if link.get("name") not in but:
+            for shape in [child for child in link if child.tag in shapes]:
                 link.remove(shape)
-    for body in description.root.iter("body"):
-        if body.find("inertial") is not None:
-            for geom in body.findall("geom"):
-                body.remove(geom)
     _leave_out_unused_meshes(description.root)
-    description.changes.append("geometry left out")
 
 
 def _leave_out_unused_meshes(mujoco: ET.Element) -> None:
@@ -79,7 +99,7 @@ def _meshes(description: Description) -> Iterator[tuple[ET.Element, str | None]]
 
 
 def _address(holder: ET.Element, key: str | None) -> str:
-    return (holder.text or "").strip() if key is None else holder.attrib[key]
+    return (holder.text or "").strip() if key is None else holder.get(key, "")
 
 
 def _set_address(holder: ET.Element, key: str | None, mesh: Path) -> None:

@@ -1,7 +1,7 @@
 """Adding a robot of the user's own to a plant, whatever its description leaves open."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import overload
@@ -18,6 +18,7 @@ from geoimp_drake.robot_files.collision_filters import filter_collisions
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.drive import Drive
 from geoimp_drake.robot_files.geometry import GEOMETRY
+from geoimp_drake.robot_files.inertia_repair import INERTIA, InertiaFault, refuse
 from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.packages import find_package
 from geoimp_drake.robot_files.parsing import find_frame, parse, trial_plant
@@ -73,6 +74,7 @@ def load_robot(
     base_pose: RigidTransform | None = None,
     packages: Mapping[str, str | Path] | None = None,
     geometry: str = "convert",
+    inertia: str = "check",
     cache: Path | None = None,
 ) -> LoadedRobot: ...
 
@@ -87,6 +89,7 @@ def load_robot(
     base_pose: RigidTransform | None = None,
     packages: Mapping[str, str | Path] | None = None,
     geometry: str = "convert",
+    inertia: str = "check",
     cache: Path | None = None,
 ) -> tuple[LoadedRobot, ...]: ...
 
@@ -103,6 +106,7 @@ def load_robot(
     base_pose: RigidTransform | None = None,
     packages: Mapping[str, str | Path] | None = None,
     geometry: str = "convert",
+    inertia: str = "check",
     cache: Path | None = None,
 ) -> LoadedRobot | tuple[LoadedRobot, ...]:
     """Adds a robot from a URDF, SDF or MJCF file to a plant, ready for `make_impedance_controller`.
@@ -131,7 +135,10 @@ def load_robot(
         packages: folders of `package://` names; others are looked for above and beside the file
             and in ROS_PACKAGE_PATH.
         geometry: `convert` meshes that Drake does not read, `keep` them as they are, or
-            `leave-out` all shapes (but those that an MJCF body has its inertia from).
+            `leave-out` all shapes; links that have their inertia from shapes keep that.
+        inertia: what is done where no body can have the one in the file. The nearest takes its
+            place if the link does not move or is beside the arm, or is off by 1 % at most.
+            `check` refuses the others, `repair` replaces them, too.
         cache: folder for converted meshes; one of the user's by default.
 
     Returns:
@@ -145,6 +152,7 @@ def load_robot(
     """
     file = Path(file)
     choice(geometry, "geometry", GEOMETRY)
+    choice(inertia, "inertia", INERTIA)
     hands = _end_effectors(end_effector, end_effectors, offset, sensor_joint)
     arms = {hand.frame: f"{name}_{hand.frame}" for hand in hands} if end_effectors else {}
     for instance in (name, *arms.values()):
@@ -153,7 +161,7 @@ def load_robot(
         folders = {
             package: find_package(package, file, packages or {}) for package in packages or {}
         }
-        description, drives, followers = prepare(file, folders, geometry, cache)
+        description, drives, followers, faults = prepare(file, folders, geometry, cache)
         recipe = _Recipe(
             description,
             drives,
@@ -164,7 +172,7 @@ def load_robot(
             folders,
         )
         with silent():
-            parted = _check(recipe, followers)
+            parted = _check(recipe, followers, () if inertia == "repair" else faults)
         if plant.get_adjacent_bodies_collision_filters():
             filter_collisions(description, parted)
         robots, _ = recipe.add_to(plant)
@@ -206,12 +214,13 @@ class _Recipe:
     X_WB: RigidTransform
     packages: Mapping[str, Path]
 
-    def add_to(self, plant: MultibodyPlant) -> tuple[tuple[LoadedRobot, ...], ArmAssembly]:
+    def add_to(self, plant: MultibodyPlant) -> tuple[tuple[LoadedRobot, ...], list[ArmAssembly]]:
         instance = parse(self.description, plant, self.packages)
         plant.RenameModelInstance(instance, self.name)
         frames = [self._frame(plant, instance, hand) for hand in self.end_effectors]
         instances = [instance]
-        first, *others = arms = [ArmAssembly(plant, instances, E) for E in frames]
+        arms = [ArmAssembly(plant, instances, E) for E in frames]
+        first, *others = arms
         first.place_base(self.X_WB)
         for arm in others:
             arm.weld_base(self.X_WB)
@@ -228,7 +237,7 @@ class _Recipe:
             LoadedRobot(own, E, sensor, changes)
             for (own, sensor), E in zip(placed, frames, strict=True)
         ]
-        return tuple(robots), first
+        return tuple(robots), arms
 
     def _frame(
         self, plant: MultibodyPlant, instance: ModelInstanceIndex, hand: EndEffector
@@ -252,13 +261,16 @@ def _check_plant(plant: MultibodyPlant, name: str) -> None:
         )
 
 
-def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
+def _check(
+    recipe: _Recipe, followers: set[str], faults: Iterable[InertiaFault]
+) -> list[tuple[str, str]]:
     """Raises the error by which the robot cannot be used, before the user's plant is touched.
 
     Returns the neighbours that are none any more, see `ArmAssembly.parted`.
     """
     plant, _scene_graph = trial_plant()
-    robots, assembly = recipe.add_to(plant)
+    robots, assemblies = recipe.add_to(plant)
+    refuse(faults, set().union(*(arm.moved_links() for arm in assemblies)))
     plant.Finalize()
     for robot, hand in zip(robots, recipe.end_effectors, strict=True):
         model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
@@ -270,7 +282,7 @@ def _check(recipe: _Recipe, followers: set[str]) -> list[tuple[str, str]]:
                     f"freely. Choose a frame before it, or take the coupling out of the file."
                 )
         _check_carried(model, recipe)
-    return assembly.parted()
+    return assemblies[0].parted()
 
 
 def _check_carried(model: ControlModel, recipe: _Recipe) -> None:

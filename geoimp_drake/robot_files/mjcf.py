@@ -13,6 +13,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.numbers import numbers
 from geoimp_drake.robot_files.source import place_of
+from geoimp_drake.robot_files.turns import least_turn_from_z
 from geoimp_drake.typing import Array
 
 __all__ = ["Site", "expand_frames", "sites"]
@@ -135,11 +136,7 @@ class _Poses:
         return RotationMatrix(np.column_stack((x, y, np.linalg.cross(x, y))))
 
     def _z_axis(self, element: ET.Element) -> RotationMatrix:
-        """By the least turn from z."""
-        z = numbers(element, "zaxis", 3)
-        axis = np.array([-z[1], z[0], 0.0]) if z[:2].any() else np.array(_AXES["x"])
-        angle = np.arctan2(np.hypot(z[0], z[1]), z[2])
-        return RotationMatrix(AngleAxis(angle, axis / np.linalg.norm(axis)))
+        return least_turn_from_z(numbers(element, "zaxis", 3))
 
     TURNS: ClassVar[dict[str, Callable[["_Poses", ET.Element], RotationMatrix]]] = {
         "quat": _quaternion,

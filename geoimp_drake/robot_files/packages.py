@@ -50,7 +50,8 @@ def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> P
     """Returns the folder of a ROS package.
 
     Looked for in this order: `packages`, the folders above `file` and those beside them, the
-    environment variable ROS_PACKAGE_PATH.
+    environment variable ROS_PACKAGE_PATH. A folder has the name that its package.xml says, or else
+    its own: addresses of published files have the one or the other.
 
     Raises:
         ConfigurationError: not found, or the folder that was given does not exist.
@@ -60,9 +61,11 @@ def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> P
         if not given.is_dir():
             raise ConfigurationError(f"packages.{name} is {given}, which is not a folder.")
         return given.resolve()
-    for folder in _around(file, name):
-        if _package_name(folder) == name:
-            return folder
+    around = [folder for folder in _around(file, name) if folder.is_dir()]
+    for name_of in (_name_of_manifest, lambda folder: folder.name):
+        for folder in around:
+            if name_of(folder) == name:
+                return folder
     ros = PackageMap.MakeEmpty()
     ros.PopulateFromRosPackagePath()
     if ros.Contains(name):
@@ -80,15 +83,10 @@ def _around(file: Path, name: str) -> Iterator[Path]:
         yield folder / name
 
 
-def _package_name(folder: Path) -> str | None:
-    """Returns the name in a folder's package.xml; that of the folder where there is none."""
-    if not folder.is_dir():
-        return None
-    manifest = folder / _MANIFEST
-    if not manifest.is_file():
-        return folder.name
+def _name_of_manifest(folder: Path) -> str | None:
+    """Returns the name in a folder's package.xml, if it has one that can be read."""
     try:
-        name = ET.parse(manifest).getroot().findtext("name")
-    except ET.ParseError:
-        return folder.name
-    return name.strip() if name else folder.name
+        name = ET.parse(folder / _MANIFEST).getroot().findtext("name")
+    except (OSError, ET.ParseError):
+        return None
+    return name.strip() if name else None

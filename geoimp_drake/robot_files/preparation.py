@@ -1,24 +1,21 @@
 """A robot's file as a description that Drake reads: what is done before a plant has it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from geoimp_drake.robot_files.actuators import take_out_drives
 from geoimp_drake.robot_files.description import Description, read_description
 from geoimp_drake.robot_files.drive import Drive
-from geoimp_drake.robot_files.geometry import leave_out_geometry, place_meshes
-from geoimp_drake.robot_files.inertia import (
-    DENSITY,
-    check_inertias,
-    estimate_inertia,
-    links_without_mass,
-    set_inertia,
-)
+from geoimp_drake.robot_files.geometry import leave_out_geometry, place_meshes, place_textures
+from geoimp_drake.robot_files.inertia import DENSITY, inertia_of_shapes, links_of_shapes
+from geoimp_drake.robot_files.inertia_repair import InertiaFault, repair_inertias
+from geoimp_drake.robot_files.inertial_elements import set_inertia
 from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.mjcf import expand_frames
 from geoimp_drake.robot_files.numbers import check_numbers
 from geoimp_drake.robot_files.parsing import parse, trial_plant
+from geoimp_drake.robot_files.repair import repair
 
 __all__ = ["Prepared", "prepare"]
 
@@ -30,11 +27,13 @@ class Prepared(NamedTuple):
         description: the rest.
         drives: of the joints.
         followers: joints that followed others.
+        faults: inertias that have been replaced by the nearest of a body.
     """
 
     description: Description
     drives: dict[str, Drive]
     followers: set[str]
+    faults: list[InertiaFault]
 
 
 def prepare(
@@ -50,25 +49,30 @@ def prepare(
 
     Raises:
         ConfigurationError: a file, mesh or package is missing or cannot be read.
-        ModelError: an inertia that no body can have.
+        ModelError: a mass is negative, or an inertia infinite.
     """
     description = read_description(file)
     check_numbers(description)
     expand_frames(description)
-    check_inertias(description)
+    repair(description)
+    faults = repair_inertias(description)
     drives = take_out_drives(description)
     followers = description.take_out_followers()
-    if geometry == "leave-out":
+    bare = geometry == "leave-out"
+    of_shapes = links_of_shapes(description) if bare or description.format == "urdf" else []
+    if bare:
+        leave_out_geometry(description, but=of_shapes)
+    place_meshes(description, packages, convert=geometry != "keep", cache=cache)
+    place_textures(description, packages)
+    _give_inertias(description, of_shapes)
+    if bare:
         leave_out_geometry(description)
-    else:
-        place_meshes(description, packages, convert=geometry == "convert", cache=cache)
-    _estimate_masses(description)
-    return Prepared(description, drives, followers)
+        description.changes.append("geometry left out")
+    return Prepared(description, drives, followers, faults)
 
 
-def _estimate_masses(description: Description) -> None:
-    """Gives URDF links that move without any mass that of their shapes as solids."""
-    links = links_without_mass(description)
+def _give_inertias(description: Description, links: Collection[str]) -> None:
+    """Writes down the inertias that links have by their shapes."""
     if not links:
         return
     plant, scene_graph = trial_plant()
@@ -77,11 +81,11 @@ def _estimate_masses(description: Description) -> None:
     done = []
     for link in links:
         body = plant.GetBodyByName(link, instance)
-        M_BBo_B = estimate_inertia(plant, scene_graph.model_inspector(), body)
+        M_BBo_B = inertia_of_shapes(description, plant, scene_graph.model_inspector(), body)
         if M_BBo_B is not None:
             set_inertia(description, link, M_BBo_B)
             done.append(f"{link} {M_BBo_B.get_mass():.3g} kg")
-    if done:
+    if done and description.format == "urdf":
         description.changes.append(
             f"links without mass estimated as solids of {DENSITY:g} kg/m³: {', '.join(done)}"
         )
