@@ -28,7 +28,7 @@ from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.object_load import LoadArguments
 from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.reference_hold import Hold
-from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
+from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
@@ -54,7 +54,7 @@ class FoundObject:
 
     def __init__(self) -> None:
         self.motions = np.zeros((6, FRAME_MOTION_SIZE))
-        self.wrenches = np.empty((3, 6))
+        self.wrenches = np.zeros((3, 6))
         self.rates = np.empty(2 * FRAME_STATE_SIZE)
         self.state = self.pose = self.memory = NOTHING
         self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
@@ -257,12 +257,12 @@ class HeldObject:
         """Raises an error, with the port's name, if the law cannot use a signal."""
         self._object_start(now, hands, found)
         for k in (1, 2):
-            check_signal(wrenches[k - 1], now.port(f"wrench_{k}"))
+            check_wrench(wrenches[k - 1], now.port(f"wrench_{k}"))
         C, mutual = found.state[self.state.compliant], found.state[self.state.mutual]
-        self._impedance.check(now, now["desired_motion"], _NO_WRENCH, C)
+        self._impedance.check(now, now["desired_motion"], found.wrenches[0], C)
         if self._internal is not None:
             within = Within(now, {}, {}, label=", mutual pose")
-            self._internal.check(within, AT_REST, _NO_WRENCH, mutual)
+            self._internal.check(within, AT_REST, found.wrenches[2], mutual)
             if is_set(mutual):
                 check_half_defined(mutual)
         raise SignalError(f"{now.system}: the references of the hands are not finite.")

@@ -22,7 +22,7 @@ from geoimp_drake.laws.impedance.compliant_motion import (
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.part import Memory, Now, Output, held
-from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal, is_set
+from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_array, spd_matrix
@@ -216,13 +216,14 @@ class Impedance:
             SingularityError: the attitude leaves the domain of the family.
         """
         check_frame_motion(desired, now.port("desired_motion"))
-        check_signal(wrench, now.port("wrench"))
+        check_wrench(wrench, now.port("wrench"))
         if has_diverged(state):
             raise SignalError(
                 f"{now.system}: the motion of C has diverged, an entry of its state is "
-                f"{state[np.argmax(np.abs(state))]:.3g}. The integration step must stay well below "
-                f"M/D; shorten the simulator's max_step_size, or lower the damping or raise the "
-                f"mass of the impedance."
+                f"{state[np.argmax(np.abs(state))]:.3g} while the wrench has "
+                f"{wrench[np.argmax(np.abs(wrench))]:.3g}. The integration step must stay well "
+                f"below M/D; shorten the simulator's max_step_size, or lower the damping or raise "
+                f"the mass of the impedance."
             )
         if self.has_domain:
             C = quaternion.normalized(state[QUATERNION])

@@ -4,10 +4,11 @@ import numpy as np
 
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.frame_motion import QUATERNION, is_finite
+from geoimp_drake.laws.impedance.compliant_motion import has_diverged
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 
-__all__ = ["AT_REST", "check_frame_motion", "check_signal", "is_set"]
+__all__ = ["AT_REST", "check_frame_motion", "check_signal", "check_wrench", "is_set"]
 
 # The motion of a frame that rests at W's origin.
 AT_REST = np.array([1.0, *[0.0] * 18])
@@ -30,6 +31,17 @@ def check_signal(value: Array, port: str) -> None:
         raise SignalError(
             f"Port '{port}' got {bad or 'values that overflow when squared'} (index: value); every "
             f"entry must be finite. Look at the system that feeds this port."
+        )
+
+
+def check_wrench(wrench: Array, port: str) -> None:
+    """Raises SignalError if a wrench (6,) is not finite, or of a size that no arm meets."""
+    check_signal(wrench, port)
+    if has_diverged(wrench):
+        k = int(np.argmax(np.abs(wrench)))
+        raise SignalError(
+            f"Port '{port}' got {wrench[k]:.3g} {'Nm' if k < 3 else 'N'} (index {k}); no arm meets "
+            f"that. Look at the sensor or the system that feeds this port."
         )
 
 

@@ -47,6 +47,8 @@ def add_live_controls(
 ) -> None:
     """Adds sliders for the stiffness and a button that pushes, connected to a controller.
 
+    On a Meshcat that has them from another diagram they begin anew, and serve both.
+
     Args:
         builder: of the diagram, holds `plant` and `controller` already.
         meshcat: where the sliders and the button appear.
@@ -95,8 +97,8 @@ class StiffnessSliders(Block):
         self.DeclareVectorOutputPort("stiffness_scale", 2, self._calc_scale, state)
         self.DeclareVectorOutputPort("injected_power", 1, self._calc_power)
         for name in (TRANSLATION, ROTATION):
-            meshcat.AddSlider(name, *_FACTORS, 0.05, 1.0)
-        meshcat.AddSlider(INJECTED, -_MOST_POWER, _MOST_POWER, 0.01, 0.0)
+            _add_slider(meshcat, name, *_FACTORS, 0.05, 1.0)
+        _add_slider(meshcat, INJECTED, -_MOST_POWER, _MOST_POWER, 0.01, 0.0)
         self.DeclarePeriodicDiscreteUpdateEvent(_READ_PERIOD, 0.0, self._read)
         self.DeclarePeriodicPublishEvent(_READ_PERIOD, 0.0, self._show)
 
@@ -128,6 +130,12 @@ class StiffnessSliders(Block):
     def _show(self, context: Context) -> None:
         shown = float(np.clip(self._power(context), -_MOST_POWER, _MOST_POWER))
         self._meshcat.SetSliderValue(INJECTED, shown)
+
+
+def _add_slider(meshcat: Meshcat, name: str, *numbers: float) -> None:
+    """Adds a slider at its initial value, in the place of one that an earlier diagram left."""
+    meshcat.DeleteSlider(name, strict=False)
+    meshcat.AddSlider(name, *numbers)
 
 
 def _scale(context: Context) -> Array:

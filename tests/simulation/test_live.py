@@ -43,6 +43,9 @@ class Panel:
         self.sliders: dict[str, float] = {}
         self.clicks: dict[str, int] = {}
 
+    def DeleteSlider(self, name, strict=True):
+        return self.sliders.pop(name, None) is not None
+
     def AddSlider(self, name, *range_and_step):
         self.sliders[name] = range_and_step[-1]
 
@@ -233,6 +236,22 @@ def test_every_meshcat_is_started_in_one_place():
     starts = ("Meshcat(", "StartMeshcat")
     found = [p for p in files if any(word in p.read_text("utf-8") for word in starts)]
     assert found == [ROOT / "geoimp_drake" / "simulation" / "replay.py"]
+
+
+def test_a_second_diagram_on_the_same_meshcat_has_the_controls_anew():
+    """As when a cell of a notebook is run again."""
+    experiment = get_experiment("plexiglas")
+    meshcat = start_meshcat(*experiment.view)
+    for _ in range(2):
+        setup = experiment.build(experiment.scenario(), meshcat, live=True)
+        wait = pause_button(meshcat)
+        assert meshcat.GetSliderValue(ROTATION) == 1.0
+        meshcat.SetSliderValue(ROTATION, 2.0)
+        outcome = simulate(setup.diagram, setup.scenario.simulator, 0.05, wait=wait)
+        assert outcome.failure is None
+        sliders = setup.diagram.GetSubsystemByName("stiffness_sliders")
+        context = sliders.GetMyContextFromRoot(outcome.context)
+        assert sliders.GetOutputPort("stiffness_scale").Eval(context)[1] > 1.1
 
 
 @pytest.mark.parametrize("name", ["plexiglas", "consistency", "peg_in_hole", "bar"])

@@ -288,6 +288,19 @@ def test_a_wrench_that_breaks_down_on_the_way_stops_the_simulation_by_name() -> 
     assert simulator.get_context().get_time() == pytest.approx(0.05, abs=2e-3)
 
 
+def test_a_spike_of_the_wrench_is_named_and_not_the_step_size() -> None:
+    impedance = make_impedance()
+
+    def spike(t: float) -> np.ndarray:
+        return np.array([0.0, 0.0, 0.0, 5.0, -1e9, 0.0]) if 0.05 <= t < 0.051 else np.zeros(6)
+
+    simulator = fixed_step(impedance_diagram(impedance, at_rest(X_WD), spike))
+    with pytest.raises(SignalError, match=r"impedance:wrench' got -1e\+09 N \(index 4\)") as error:
+        simulator.AdvanceTo(0.2)
+    assert "step" not in str(error.value)
+    assert simulator.get_context().get_time() == pytest.approx(0.05, abs=2e-3)
+
+
 def test_a_start_outside_the_familys_domain_is_refused() -> None:
     impedance = make_impedance("angle-axis-sin")
     turned = RigidTransform(RotationMatrix.MakeZRotation(2.0)) @ X_WD

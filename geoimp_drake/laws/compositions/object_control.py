@@ -23,7 +23,11 @@ from geoimp_drake.laws.frame_motion import (
     is_finite,
     is_frame_motion,
 )
-from geoimp_drake.laws.impedance.compliant_motion import compliant_motion, frame_state_rate
+from geoimp_drake.laws.impedance.compliant_motion import (
+    compliant_motion,
+    frame_state_rate,
+    has_diverged,
+)
 from geoimp_drake.laws.impedance.quaternion_impedance import angular_acceleration
 from geoimp_drake.typing import Array
 
@@ -85,7 +89,7 @@ def object_control(family_law: Callable[..., Array]) -> Callable[..., bool]:
     ) -> bool:
         """Writes motions, wrenches and rates.
 
-        Returns False unless every signal is finite, quaternions are unit, and half of the mutual
+        Returns False unless every signal is plausible, quaternions are unit, and half of the mutual
         orientation is defined.
 
         Args:
@@ -119,7 +123,7 @@ def object_control(family_law: Callable[..., Array]) -> Callable[..., bool]:
         n = FRAME_STATE_SIZE
         if not (is_frame_motion(first) and is_frame_motion(second) and is_finite(reference)):
             return False
-        if not (is_finite(h_1) and is_finite(h_2)):
+        if has_diverged(h_1) or has_diverged(h_2):
             return False
         held_object_motion(first, second, pose[QUATERNION], motions[:2])
         if not is_half_defined(motions[MEASURED_MUTUAL]):

@@ -16,7 +16,6 @@ from geoimp_drake.laws.frame_motion import (
     POSITION,
     QUATERNION,
     VELOCITY,
-    is_finite,
     is_frame_motion,
 )
 from geoimp_drake.laws.impedance.coupled_stiffness import without_coupling
@@ -26,15 +25,15 @@ from geoimp_drake.typing import Array
 
 __all__ = ["compliant_motion", "frame_state_rate", "has_diverged"]
 
-# No arm is that far away or that fast [m, rad, m/s, rad/s].
+# No arm is that far away or that fast, nor pushes or is pushed like that [m, rad, …, N, Nm].
 _DIVERGED = 1e6
 
 
 @compilable
-def has_diverged(state: Array) -> bool:
-    """Whether an entry of the state of C (13,) is implausibly large, or NaN; floats only."""
+def has_diverged(signal: Array) -> bool:
+    """Whether an entry of a state of C or of a wrench is implausibly large, or NaN; floats only."""
     within = True
-    for entry in state:
+    for entry in signal:
         within = within and abs(entry) < _DIVERGED
     return not within
 
@@ -72,7 +71,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         parts: Array,
         motion: Array,
     ) -> bool:
-        """Writes the motion of C; returns False if an input is not finite. Floats only.
+        """Writes the motion of C; returns False if an input is none. Floats only.
 
         Args:
             state: of C, a frame motion without its accelerations (13,).
@@ -85,7 +84,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
                 impedance follows D.
             motion: of C (19,), where to write.
         """
-        if not is_frame_motion(desired) or not is_finite(wrench) or has_diverged(state):
+        if not is_frame_motion(desired) or has_diverged(wrench) or has_diverged(state):
             return False
         D, C, h = (
             sized(desired, FRAME_MOTION_SIZE),
