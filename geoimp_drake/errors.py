@@ -12,6 +12,7 @@ __all__ = [
     "SignalError",
     "SingularityError",
     "drake_errors",
+    "one_line",
 ]
 
 # What pydrake raises for what C++ throws.
@@ -26,7 +27,13 @@ class GeoimpError(ValueError):
 
 
 class ConfigurationError(GeoimpError):
-    """A gain, scenario field, name or file cannot be used."""
+    """A gain, scenario field, name or file cannot be used.
+
+    Attributes:
+        key: path of the field in the configuration, empty if it is not known.
+    """
+
+    key = ""
 
 
 class ModelError(GeoimpError):
@@ -67,4 +74,10 @@ def drake_errors(
         if isinstance(error, SystemExit) and failed is None:
             raise
         said = str(error) if failed is None else f"{failed['what']} ({failed['where']})"
-        raise kind(f"{what}: {' '.join(said.split())}") from error
+        raise kind(f"{what}: {one_line(said)}") from error
+
+
+def one_line(message: object) -> str:
+    """Returns a message in one line that a terminal shows as it is."""
+    line = " ".join(str(message).split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)

@@ -3,6 +3,10 @@
 A configuration is a plain dataclass. `check` walks through it and all that it contains: names and
 types of fields follow from the annotations, the rest is what each dataclass's `validate` says of
 its own fields.
+
+No number is larger than 10¹², and none that must be positive smaller than 10⁻¹²: SI units leave
+that much room, and squares and quotients stay numbers. A text is a name: 100 characters at most,
+all printable.
 """
 
 import contextlib
@@ -11,7 +15,7 @@ import difflib
 import reprlib
 import types
 import typing
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +24,9 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "LARGEST",
+    "LARGEST_SEED",
+    "PATH",
     "UNBOUNDED",
     "check",
     "check_data",
@@ -30,25 +37,42 @@ __all__ = [
     "key",
     "non_negative",
     "positive",
+    "positive_vector",
     "quoted",
     "spd_matrix",
     "symmetric",
     "unknown_name",
+    "whole_number",
     "without_optional",
 ]
 
 # Of the largest entry: what is left of symmetry after products of single precision.
 _SYMMETRY_TOLERANCE = 1e-6
 
-# Metadata of a field that may be infinite.
+# Metadata of a field that may be infinite, and of one whose texts are paths, longer than names.
 UNBOUNDED = {"unbounded": True}
+PATH = {"path": True}
+
+LARGEST = 1e12
+_SMALLEST = 1e-12  # of what must be positive
+_RANGE = f"from {_SMALLEST:g} to {LARGEST:g}"
+_MOST_DIGITS = 18
+LARGEST_SEED = 10**_MOST_DIGITS - 1
+_LONGEST_NAME, _LONGEST_PATH = 100, 4096
+
+_NO_MARKS: Mapping[Any, Any] = {}
 
 # A matrix is quoted whole.
 _QUOTES = reprlib.Repr()
 _QUOTES.maxstring = _QUOTES.maxother = _QUOTES.maxlong = 100
 _QUOTES.maxlist = _QUOTES.maxtuple = 36
 
-_WANTED = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
+_WANTED = {
+    float: "a number",
+    int: f"a whole number of at most {_MOST_DIGITS} digits",
+    str: "a text",
+    bool: "true or false",
+}
 
 
 def check(config: Any, path: str = "") -> None:
@@ -95,26 +119,29 @@ def without_optional(schema: Any) -> Any:
     return schema
 
 
-def _walk(schema: Any, value: Any, path: str, *, data: bool, bounded: bool = True) -> None:
-    """Checks a value and all its parts against a schema; a configuration is a dict in data."""
-    kind = without_optional(schema)
+def _walk(
+    schema: Any, value: Any, path: str, *, data: bool, marks: Mapping[Any, Any] = _NO_MARKS
+) -> None:
+    """Checks a value and all its parts against a schema; a configuration is a dict in data.
+
+    An error gets the key of the innermost value that it is about; `marks` are the field's metadata.
+    """
+    try:
+        _check_parts(without_optional(schema), schema, value, path, data, marks)
+    except ConfigurationError as error:
+        first, *_ = str(error).split(" ", 1)
+        error.key = error.key or (first if first.startswith(path) else path)
+        raise
+
+
+def _check_parts(
+    kind: Any, schema: Any, value: Any, path: str, data: bool, marks: Mapping[Any, Any]
+) -> None:
     if value is None and kind is not schema:
         return
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if (fields := field_types(kind)) is not None:
-        whole = path or ("the scenario" if data else kind.__name__)
-        if data:
-            _expect(value, dict, "a mapping", whole)
-        else:
-            _expect(value, kind, f"of type {kind.__name__}", whole)
-            kind, fields = type(value), field_types(type(value)) or fields
-        unbounded = _unbounded(kind)
-        for name, part in _parts(value, fields).items():
-            if name not in fields:
-                raise unknown_name(str(name), f"key in {whole}", fields)
-            _walk(fields[name], part, key(path, name), data=data, bounded=name not in unbounded)
-        if hasattr(value, "validate"):
-            value.validate(path)
+        _check_fields(kind, fields, value, path, data)
     elif origin is list:
         _expect(value, (list, tuple, np.ndarray), "a list", path)
         for index, part in enumerate(value):
@@ -122,14 +149,33 @@ def _walk(schema: Any, value: Any, path: str, *, data: bool, bounded: bool = Tru
     elif origin is dict:
         _expect(value, dict, "a mapping", path)
         for name, part in value.items():
-            _walk(arguments[1], part, key(path, str(name)), data=data)
+            _check_text(str(name), f"a name in {path}", _LONGEST_NAME)
+            _walk(arguments[1], part, key(path, str(name)), data=data, marks=marks)
     else:
-        (_check_datum if data else _check_value)(kind, value, path, bounded)
+        (_check_datum if data else _check_value)(kind, value, path, marks)
+
+
+def _check_fields(kind: Any, fields: dict[str, Any], value: Any, path: str, data: bool) -> None:
+    whole = path or ("the scenario" if data else kind.__name__)
+    if data:
+        _expect(value, dict, "a mapping", whole)
+    else:
+        _expect(value, kind, f"of type {kind.__name__}", whole)
+        kind, fields = type(value), field_types(type(value)) or fields
+    marks = _marks(kind)
+    for name, part in _parts(value, fields).items():
+        if name not in fields:
+            error = unknown_name(str(name), f"key in {whole}", fields)
+            error.key = key(path, str(name))
+            raise error
+        _walk(fields[name], part, key(path, name), data=data, marks=marks.get(name, _NO_MARKS))
+    if hasattr(value, "validate"):
+        value.validate(path)
 
 
 def _expect(value: Any, kind: type | tuple[type, ...], wanted: str, path: str) -> None:
     if not isinstance(value, kind):
-        raise ConfigurationError(f"{path} must be {wanted}, not {value!r}.")
+        raise ConfigurationError(f"{path} must be {wanted}, not {quoted(value)}.")
 
 
 def _parts(value: Any, fields: dict[str, Any]) -> dict[str, Any]:
@@ -141,14 +187,14 @@ def _parts(value: Any, fields: dict[str, Any]) -> dict[str, Any]:
     return {name: getattr(value, name) for name in fields}
 
 
-def _unbounded(kind: Any) -> set[str]:
-    """Returns the names of the fields that may be infinite."""
+def _marks(kind: Any) -> dict[str, Mapping[Any, Any]]:
+    """Returns the metadata of a dataclass's fields by name."""
     fields = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
-    return {field.name for field in fields if field.metadata == UNBOUNDED}
+    return {field.name: field.metadata for field in fields}
 
 
-def _check_value(kind: Any, value: Any, path: str, bounded: bool) -> None:
-    """Raises ConfigurationError unless a value is of a field's type and, as numbers, finite."""
+def _check_value(kind: Any, value: Any, path: str, marks: Mapping[Any, Any]) -> None:
+    """Raises ConfigurationError unless a value is of a field's type and in its range."""
     try:
         array = np.asarray(value)
     except ValueError:  # ragged rows
@@ -156,37 +202,85 @@ def _check_value(kind: Any, value: Any, path: str, bounded: bool) -> None:
     numeric = array.dtype.kind in "iuf"
     fits = {
         float: numeric and array.ndim == 0,
-        int: numeric and array.ndim == 0 and array.dtype.kind != "f",
+        int: array.dtype.kind in "iu" and array.ndim == 0 and abs(int(array)) < 10**_MOST_DIGITS,
         str: isinstance(value, str),
         bool: isinstance(value, bool | np.bool_),
     }
     if not fits.get(kind, numeric):
         wanted = _WANTED.get(kind, "a number, or numbers in lists of equal length")
-        raise ConfigurationError(f"{path} is {value!r}; give {wanted}.")
-    if numeric and not np.isfinite(array).all() and (bounded or np.isnan(array).any()):
-        raise ConfigurationError(f"{path} is {array.tolist()}; it must be finite.")
+        raise ConfigurationError(f"{path} is {quoted(value)}; give {wanted}.")
+    if kind is str:
+        _check_text(value, path, _LONGEST_PATH if "path" in marks else _LONGEST_NAME)
+    elif numeric and kind is not int:
+        _check_size(array, path, unbounded="unbounded" in marks)
 
 
-def _check_datum(kind: Any, datum: Any, path: str, bounded: bool) -> None:
+def _check_datum(kind: Any, datum: Any, path: str, marks: Mapping[Any, Any]) -> None:
     """Does as `_check_value` with YAML's freedom: 1e-3 is a text there, for want of a point."""
-    if kind is str and not isinstance(datum, dict | list):
-        datum = str(datum)
-    elif kind not in (bool, int) and not isinstance(datum, bool):
-        with contextlib.suppress(TypeError, ValueError):
+    if kind not in (bool, int, str) and not isinstance(datum, bool):
+        with contextlib.suppress(TypeError, ValueError, OverflowError):
             datum = np.asarray(datum, dtype=float).tolist()
-    _check_value(kind, datum, path, bounded)
+    _check_value(kind, datum, path, marks)
+
+
+def _check_text(text: str, path: str, longest: int) -> None:
+    if len(text) > longest or not text.isprintable():
+        raise ConfigurationError(
+            f"{path} is {quoted(text)}, {len(text)} characters; give at most {longest}, all "
+            f"printable."
+        )
+
+
+def _check_size(array: Array, name: str, *, unbounded: bool = False) -> None:
+    """Raises ConfigurationError if a number is not finite, unless it may be, or too large."""
+    if not np.isfinite(array).all() and not (unbounded and not np.isnan(array).any()):
+        raise ConfigurationError(f"{name} is {quoted(array.tolist())}; it must be finite.")
+    if (np.isfinite(array) & (np.abs(array) > LARGEST)).any():
+        raise ConfigurationError(
+            f"{name} is {quoted(array.tolist())}; give numbers of at most {LARGEST:g} in size."
+        )
 
 
 def positive(value: float, name: str, unit: str = "") -> None:
-    """Raises ConfigurationError unless a number is positive and finite."""
-    if not (np.isfinite(value) and value > 0):
-        raise ConfigurationError(f"{name} is {value:g} {unit}; it must be positive and finite.")
+    """Raises ConfigurationError unless a number is positive, from 1e-12 to 1e12."""
+    if not _SMALLEST <= value <= LARGEST:
+        raise ConfigurationError(
+            f"{name} is {value:g}{_after(unit)}; it must be positive, {_RANGE}."
+        )
 
 
 def non_negative(value: float, name: str, unit: str = "") -> None:
-    """Raises ConfigurationError unless a number is zero or positive, and finite."""
-    if not (np.isfinite(value) and value >= 0):
-        raise ConfigurationError(f"{name} is {value:g} {unit}; it must be zero or positive.")
+    """Raises ConfigurationError unless a number is zero, or positive from 1e-12 to 1e12."""
+    if value != 0 and not _SMALLEST <= value <= LARGEST:
+        raise ConfigurationError(
+            f"{name} is {value:g}{_after(unit)}; it must be zero or positive, {_RANGE}."
+        )
+
+
+def _after(unit: str) -> str:
+    return f" {unit}" if unit else ""
+
+
+def positive_vector(value: Array, name: str, size: int | None = None) -> Array:
+    """Returns a vector of positive numbers, of `size` or any; raises ConfigurationError for others.
+
+    They are from 1e-12 to 1e12.
+    """
+    vector = finite_vector(value, name, np.size(value) if size is None else size)
+    if not (vector >= _SMALLEST).all():
+        raise ConfigurationError(
+            f"{name} is {quoted(vector.tolist())}; all must be positive, {_RANGE}."
+        )
+    return vector
+
+
+def whole_number(value: int, name: str, least: int, most: int) -> None:
+    """Raises ConfigurationError unless a value is a whole number in a range, both ends included."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (whole and least <= value <= most):
+        raise ConfigurationError(
+            f"{name} is {quoted(value)}; give a whole number from {least} to {most}."
+        )
 
 
 def finite_array(value: Array, name: str, shape: tuple[int, ...]) -> Array:
@@ -194,7 +288,10 @@ def finite_array(value: Array, name: str, shape: tuple[int, ...]) -> Array:
     wanted = "×".join(str(size) for size in shape)
     array = _numbers(value, name, f"{wanted} finite numbers")
     if array.shape != shape or not np.isfinite(array).all():
-        raise ConfigurationError(f"{name} is {array.tolist()}; give {wanted} finite numbers.")
+        raise ConfigurationError(
+            f"{name} is {quoted(array.tolist())}; give {wanted} finite numbers."
+        )
+    _check_size(array, name)
     return array
 
 
@@ -215,8 +312,7 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
         ConfigurationError: wrong shape, NaN or infinite, not symmetric, or not positive definite.
     """
     given = _numbers(value, name, f"one number, {size} numbers or a {size}×{size} matrix")
-    if not np.isfinite(given).all():
-        raise ConfigurationError(f"{name} is {given.tolist()}; every entry must be finite.")
+    _check_size(given, name)
     if given.shape == ():
         matrix = float(given) * np.eye(size)
     elif given.shape == (size,):
@@ -230,10 +326,10 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
         )
     matrix = symmetric(matrix, name)
     smallest = float(np.linalg.eigvalsh(matrix)[0])
-    if smallest <= 0:
+    if smallest < _SMALLEST:
         raise ConfigurationError(
             f"{name} is not positive definite: its smallest eigenvalue is {smallest:.6g}. "
-            f"Give one with positive eigenvalues only."
+            f"Give one with positive eigenvalues only, from {_SMALLEST:g} on."
         )
     return matrix
 
@@ -256,8 +352,8 @@ def _numbers(value: Any, name: str, wanted: str) -> Array:
     """Returns what a user gave as an array; raises ConfigurationError for text and ragged rows."""
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ConfigurationError(f"{name} is {value!r}; give {wanted}.") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ConfigurationError(f"{name} is {quoted(value)}; give {wanted}.") from None
 
 
 def choice(value: str, name: str, valid: Iterable[str]) -> None:
@@ -271,4 +367,4 @@ def unknown_name(value: str, name: str, valid: Iterable[str]) -> ConfigurationEr
     names = sorted(valid)
     near = difflib.get_close_matches(value, names, n=1)
     hint = f" Did you mean '{near[0]}'?" if near else ""
-    return ConfigurationError(f"Unknown {name} '{value}'.{hint} Valid: {', '.join(names)}.")
+    return ConfigurationError(f"Unknown {name} {quoted(value)}.{hint} Valid: {', '.join(names)}.")

@@ -41,14 +41,14 @@ from geoimp_drake.diagrams.scene.surface_config import (
     SURFACES,
     SurfaceConfig,
     cardboard,
-    check_number,
+    disk_sides,
     plexiglas,
     stiff_plexiglas,
 )
 from geoimp_drake.diagrams.scene.surface_looks import APPEARANCES, draw_stand
 from geoimp_drake.errors import ModelError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check
+from geoimp_drake.validation import check, non_negative, positive
 
 __all__ = [
     "DISK_RADIUS",
@@ -145,26 +145,25 @@ def add_disk_contact(
     Raises:
         ConfigurationError: a number that cannot be used.
     """
-    check_number("disk.friction", friction, 0.0)
-    for name, value in (("radius", radius), ("thickness", thickness), ("mesh", resolution_hint)):
-        check_number(f"disk.{name}", value, np.finfo(float).tiny)
+    non_negative(friction, "disk.friction")
+    positive(thickness, "disk.thickness", "m")
+    sides = disk_sides(resolution_hint, "disk.mesh", radius)
     properties = ProximityProperties()
     AddRigidHydroelasticProperties(resolution_hint, properties)
     AddContactMaterial(friction=CoulombFriction(friction, friction), properties=properties)
     # Drake adds the relaxation times of both sides, and its default would drown the layer's.
     properties.AddProperty("material", "relaxation_time", 0.0)
     return plant.RegisterCollisionGeometry(
-        body, X_BD, _flat_cone(radius, thickness, resolution_hint), "disk", properties
+        body, X_BD, _flat_cone(radius, thickness, sides), "disk", properties
     )
 
 
-def _flat_cone(radius: float, height: float, edge: float) -> Mesh:
-    """Returns a disk for contact: a polygon at z = 0, and a point behind it.
+def _flat_cone(radius: float, height: float, n: int) -> Mesh:
+    """Returns a disk for contact: a polygon of n sides at z = 0, and a point behind it.
 
     The sides of a cylinder sink into the surface, and each makes faces there that carry nothing;
     the sides of a cone look away from it, and Drake leaves them out.
     """
-    n = max(3, int(np.ceil(2 * np.pi * radius / edge)))
     middle, point = n, n + 1
     i, j = np.arange(n), (np.arange(n) + 1) % n
     front = np.column_stack([np.full(n, middle), i, j])

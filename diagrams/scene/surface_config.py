@@ -8,18 +8,19 @@ from pydrake.multibody.tree import SpatialInertia
 from geoimp_drake.diagrams.scene.surface_looks import APPEARANCES
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, key
+from geoimp_drake.validation import choice, key, non_negative, positive
 
 __all__ = [
     "DISK_RADIUS",
     "SURFACES",
     "SurfaceConfig",
     "cardboard",
-    "check_number",
+    "disk_sides",
     "plexiglas",
     "stiff_plexiglas",
 ]
 
+_MOST_SIDES = 360
 DISK_RADIUS = 0.055  # [m]; the stiffnesses of SURFACES are calibrated for it
 
 
@@ -54,9 +55,9 @@ class SurfaceConfig:
         _check_array(key(name, "centre"), self.centre, 2, (-10.0, 10.0))
         _check_array(key(name, "color"), self.color, 4, (0.0, 1.0))
         for part in _POSITIVE:
-            check_number(key(name, part), getattr(self, part), np.finfo(float).tiny)
+            positive(getattr(self, part), key(name, part))
         for part in _NON_NEGATIVE:
-            check_number(key(name, part), getattr(self, part), 0.0)
+            non_negative(getattr(self, part), key(name, part))
         choice(self.appearance, key(name, "appearance"), APPEARANCES)
 
     def check_step(self, name: str, step: float) -> None:
@@ -126,11 +127,20 @@ def cardboard() -> SurfaceConfig:
 SURFACES = {config.name: config for config in (plexiglas(), stiff_plexiglas(), cardboard())}
 
 
-def check_number(name: str, value: float, low: float) -> None:
-    """Raises ConfigurationError unless `value` is finite and at least `low`."""
-    if not (np.isfinite(value) and value >= low):
-        bound = "positive" if low > 0 else "zero or positive"
-        raise ConfigurationError(f"{name} is {value}: give a finite number, {bound}.")
+def disk_sides(edge: float, name: str, radius: float = DISK_RADIUS) -> int:
+    """Returns how many sides a disk has for contact, each of the length `edge` at most [m].
+
+    Raises:
+        ConfigurationError: far more than a step has time for; `name` is the edge's key.
+    """
+    positive(edge, name, "m")
+    positive(radius, f"the radius at {name}", "m")
+    if (sides := np.ceil(2 * np.pi * radius / edge)) > _MOST_SIDES:
+        raise ConfigurationError(
+            f"{name} is {edge:g} m: the disk would have {sides:g} sides, at most {_MOST_SIDES} "
+            f"are computed. Give {2 * np.pi * radius / _MOST_SIDES:.2g} m or more."
+        )
+    return max(3, int(sides))
 
 
 def _check_array(name: str, value: Array, n: int, bounds: tuple[float, float]) -> None:

@@ -14,6 +14,7 @@ __all__ = ["check_plant_config", "check_simulator_config"]
 CONTACT_MODELS = ("point", "hydroelastic", "hydroelastic_with_fallback")
 CONTACT_APPROXIMATIONS = ("lagged", "sap", "similar")
 CONTACT_SURFACES = ("polygon", "triangle")
+_SLOWEST_RATE = 1e-3
 
 
 def check_plant_config(config: MultibodyPlantConfig, name: str = "plant") -> None:
@@ -47,7 +48,12 @@ def check_simulator_config(config: SimulatorConfig, name: str = "simulator") -> 
     choice(config.integration_scheme, f"{name}.integration_scheme", GetIntegrationSchemes())
     positive(config.max_step_size, f"{name}.max_step_size", "s")
     positive(config.accuracy, f"{name}.accuracy")
-    non_negative(config.target_realtime_rate, f"{name}.target_realtime_rate")
+    rate = config.target_realtime_rate
+    if rate != 0 and not rate >= _SLOWEST_RATE:
+        raise ConfigurationError(
+            f"{name}.target_realtime_rate is {rate:g}; give 0, as fast as possible, or "
+            f"{_SLOWEST_RATE:g} or more."
+        )
     if config.start_time != 0.0:
         raise ConfigurationError(
             f"{name}.start_time is {config.start_time:g} s; motions begin at zero, leave it 0."

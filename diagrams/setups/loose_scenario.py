@@ -16,7 +16,7 @@ from geoimp_drake.motion_program.taught import TaughtVariable, taught_values
 from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_vector, key, non_negative, positive
+from geoimp_drake.validation import PATH, choice, finite_vector, key, non_negative, positive
 
 __all__ = [
     "PLANS",
@@ -60,7 +60,9 @@ class TaughtPose:
 class ProgramSettings:
     """The motion program, and what has been taught for it."""
 
-    file: str = "insertion.pdl"  # a path, or a file beside the experiments
+    file: str = field(
+        default="insertion.pdl", metadata=PATH
+    )  # a path, or a file beside the experiments
     constants: dict[str, float] = field(default_factory=dict)  # in the place of the program's own
     path_constant: str = "dpt"  # is given the plan's path [mm]
     poses: dict[str, TaughtPose] = field(default_factory=dict)

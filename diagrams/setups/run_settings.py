@@ -12,7 +12,7 @@ from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, chec
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
-from geoimp_drake.validation import key, non_negative, positive
+from geoimp_drake.validation import LARGEST_SEED, key, positive, whole_number
 
 __all__ = ["CompliantArmSettings", "RunSettings", "differenced"]
 
@@ -47,7 +47,7 @@ class RunSettings:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         period = key(name, "log_period")
         positive(self.log_period, period, "s")
-        non_negative(self.seed, key(name, "seed"))
+        whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
         check_plant_config(self.plant, key(name, "plant"))
         check_simulator_config(self.simulator, key(name, "simulator"))
         if self.log_period < self.plant.time_step:

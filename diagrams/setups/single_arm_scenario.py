@@ -3,13 +3,14 @@
 from dataclasses import dataclass, field
 
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
+from geoimp_drake.diagrams.scene.surface_config import disk_sides
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.posture import StartConfig
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
-from geoimp_drake.validation import choice, key, positive
+from geoimp_drake.validation import choice, key
 
 __all__ = ["CELL_OF_ARM", "SingleArmScenario"]
 
@@ -41,4 +42,4 @@ class SingleArmScenario(CompliantArmSettings):
         self.check_moves(self.segments)
         if self.surface is not None:
             self.surface.check_step(key(name, "surface"), self.plant.time_step)
-        positive(self.disk_resolution_hint, key(name, "disk_resolution_hint"), "m")
+        disk_sides(self.disk_resolution_hint, key(name, "disk_resolution_hint"))

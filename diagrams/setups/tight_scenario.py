@@ -9,6 +9,7 @@ from geoimp_drake.controllers.config import SamplingConfig
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.diagrams.scene.bar import BarConfig, GraspConfig
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
+from geoimp_drake.diagrams.scene.surface_config import disk_sides
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings, differenced
 from geoimp_drake.errors import ConfigurationError
@@ -77,7 +78,7 @@ class TightScenario(CooperativeControllerConfig, RunSettings):
         self._check_release(name)
         if self.surface is not None:
             self.surface.check_step(key(name, "surface"), self.plant.time_step)
-        positive(self.disk_resolution_hint, key(name, "disk_resolution_hint"), "m")
+        disk_sides(self.disk_resolution_hint, key(name, "disk_resolution_hint"))
 
     def _check_assumed(self, name: str) -> None:
         if self.assumed.prescribed and self.mutual_pose is not None:

@@ -20,7 +20,8 @@ from typing import Any
 from tqdm import tqdm
 
 from geoimp_drake.campaigns.journal import Finished, Journal
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, one_line
+from geoimp_drake.validation import whole_number
 
 __all__ = ["check_jobs", "run_many"]
 
@@ -52,6 +53,7 @@ _LOCAL = {
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
+_MOST_JOBS = 1000
 _CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
 
 
@@ -106,9 +108,8 @@ def run_many(
 
 
 def check_jobs(jobs: int, label: str) -> None:
-    """Raises ConfigurationError for fewer than one job, or if a package of the extra is missing."""
-    if jobs < 1:
-        raise ConfigurationError(f"jobs is {jobs}; give at least 1.")
+    """Raises ConfigurationError for fewer jobs than one or too many, or if an extra is missing."""
+    whole_number(jobs, "jobs", 1, _MOST_JOBS)
     try:
         import cryptography  # noqa: F401  (an extra: imported only where it is used)
         import distributed  # noqa: F401
@@ -180,7 +181,8 @@ def _connected(address: str) -> Any:
         client = Client(address, timeout=_CONNECT_TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(
-            f"The scheduler {address} does not answer within {_CONNECT_TIMEOUT:g} s: {_line(error)}"
+            f"The scheduler {address} does not answer within {_CONNECT_TIMEOUT:g} s: "
+            f"{one_line(error)}"
         ) from None
     try:
         client.wait_for_workers(1, timeout=_WORKER_TIMEOUT)
@@ -218,7 +220,7 @@ def _attempt(function: Callable[[Any], Any], task: Any) -> Finished:
         with contextlib.redirect_stderr(io.StringIO()):
             result = function(task)
     except (Exception, SystemExit) as raised:  # Drake ends the process on some input
-        error = f"{type(raised).__name__}: {_line(raised)}"
+        error = f"{type(raised).__name__}: {one_line(raised)}"
     return Finished(result, error, time.perf_counter() - start)
 
 
@@ -235,12 +237,8 @@ def _ending(future: Any) -> tuple[Finished, bool]:
             "The scheduler was lost. What has finished is kept: start the same again."
         ) from None
     except Exception as error:  # as a result that cannot be sent
-        why = f"{type(error).__name__}: {_line(error)}"
+        why = f"{type(error).__name__}: {one_line(error)}"
     return Finished(None, why, 0.0), False
-
-
-def _line(error: BaseException) -> str:
-    return " ".join(str(error).split())
 
 
 def _with_progress(ended: Iterator[Any], total: int, missing: int, label: str) -> Iterator[Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from geoimp_drake.campaigns.journal import Finished
+from geoimp_drake.errors import one_line
 from geoimp_drake.simulation.experiment import run_experiment, versions
 
 __all__ = ["StudyRun", "identity_of", "is_current", "run_study_run"]
@@ -50,7 +51,7 @@ def run_study_run(run: StudyRun) -> dict[str, Any]:
     """
     scenario = run.experiment.scenario((run.scenario,))
     result = run_experiment(run.experiment, scenario, run.folder, html=run.html)
-    failure = None if result.failure is None else " ".join(str(result.failure).split())
+    failure = None if result.failure is None else one_line(result.failure)
     files = {path.name: _hash(path) for path in result.files}
     return {"identity": run.identity, "files": files, "failure": failure}
 

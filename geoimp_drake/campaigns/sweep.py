@@ -20,9 +20,9 @@ from geoimp_drake.campaigns.sweep_plan import Draw, SweepPlan, setting
 from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.output_folder import FileWriter, check_entries
-from geoimp_drake.scenario.loading import dump_scenario, plain_data
+from geoimp_drake.scenario.loading import dump_scenario, list_index, plain_data
 from geoimp_drake.simulation.style import figure_files, write_figure
-from geoimp_drake.validation import choice
+from geoimp_drake.validation import choice, quoted
 
 __all__ = ["SweepResult", "format_sweep", "run_sweep"]
 
@@ -135,7 +135,9 @@ def _check_values(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> Non
     for key, distribution in plan.vary.items():
         value = _value_at(data, key)
         if isinstance(value, str | bool):
-            raise ConfigurationError(f"{key} is {value!r}, not a number; it cannot be varied.")
+            raise ConfigurationError(
+                f"{key} is {quoted(value)}, not a number; it cannot be varied."
+            )
         for value in (*distribution.typical(), first[key]):
             try:
                 experiment.scenario((data,), (setting(key, value),))
@@ -146,8 +148,8 @@ def _check_values(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> Non
 def _value_at(data: Any, key: str) -> Any:
     """Returns what a scenario's data has at a path; None if there is no such path, or no value."""
     for part in key.split("."):
-        if isinstance(data, list) and part.isdigit() and int(part) < len(data):
-            data = data[int(part)]
+        if isinstance(data, list) and (index := list_index(part, data)) is not None:
+            data = data[index]
         else:
             data = data.get(part) if isinstance(data, dict) else None
     return data

@@ -10,9 +10,11 @@ import yaml
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.scenario.loading import read_yaml
-from geoimp_drake.validation import unknown_name
+from geoimp_drake.validation import LARGEST, LARGEST_SEED, quoted, unknown_name, whole_number
 
 __all__ = ["Distribution", "Draw", "SweepPlan", "setting"]
+
+_MOST_SAMPLES = 100_000
 
 _PARAMETERS = {"uniform": ("low", "high"), "normal": ("mean", "standard deviation")}
 
@@ -36,8 +38,11 @@ class Distribution:
         if self.kind not in _PARAMETERS:
             raise unknown_name(self.kind, f"distribution of {key}", _PARAMETERS)
         for name, value in zip(_PARAMETERS[self.kind], (self.first, self.second), strict=True):
-            if not np.isfinite(value):
-                raise ConfigurationError(f"The {name} of {key} is {value:g}; it must be finite.")
+            if not abs(value) <= LARGEST:
+                raise ConfigurationError(
+                    f"The {name} of {key} is {value:g}; it must be finite and at most "
+                    f"{LARGEST:g} in size."
+                )
         if self.kind == "uniform" and self.first > self.second:
             raise ConfigurationError(
                 f"{key} is to be between {self.first:g} and {self.second:g}; give LOW:HIGH with "
@@ -119,20 +124,18 @@ class SweepPlan:
             raise unknown_name(str(key), f"key in {file}", ("vary", "samples", "seed"))
         plan = SweepPlan(
             _distributions(data.get("vary", {})) | _ranges(ranges),
-            _whole(data.get("samples", SweepPlan.samples) if samples is None else samples),
-            _whole(data.get("seed", SweepPlan.seed) if seed is None else seed),
+            data.get("samples", SweepPlan.samples) if samples is None else samples,
+            data.get("seed", SweepPlan.seed) if seed is None else seed,
         )
         plan.validate()
         return plan
 
     def validate(self) -> None:
         """Raises ConfigurationError if a field cannot be used."""
+        whole_number(self.samples, "samples", 1, _MOST_SAMPLES)
+        whole_number(self.seed, "seed", 0, LARGEST_SEED)
         if not self.vary:
             raise ConfigurationError("Nothing is varied; give --vary key.path=LOW:HIGH.")
-        if self.samples < 1:
-            raise ConfigurationError(f"samples is {self.samples}; give at least 1.")
-        if self.seed < 0:
-            raise ConfigurationError(f"seed is {self.seed}; it must be zero or positive.")
         for key, distribution in self.vary.items():
             distribution.validate(key)
 
@@ -169,7 +172,7 @@ def _ranges(texts: Sequence[str]) -> dict[str, Distribution]:
         except ValueError:
             key = ""
         if not key:
-            raise ConfigurationError(f"'{text}' is not of the form key.path=LOW:HIGH.")
+            raise ConfigurationError(f"{quoted(text)} is not of the form key.path=LOW:HIGH.")
         if key in found:
             raise ConfigurationError(f"{key} is varied twice; give --vary {key}=LOW:HIGH once.")
         found[key] = distribution
@@ -179,7 +182,7 @@ def _ranges(texts: Sequence[str]) -> dict[str, Distribution]:
 def _distributions(data: Any) -> dict[str, Distribution]:
     """Returns the distributions of a plan's YAML."""
     if not isinstance(data, Mapping):
-        raise ConfigurationError(f"vary must be a mapping of key paths, not {data!r}.")
+        raise ConfigurationError(f"vary must be a mapping of key paths, not {quoted(data)}.")
     return {str(key): _distribution(str(key), value) for key, value in data.items()}
 
 
@@ -187,14 +190,8 @@ def _distribution(key: str, data: Any) -> Distribution:
     try:
         ((kind, (first, second)),) = data.items()
         return Distribution(str(kind), float(first), float(second))
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, TypeError, ValueError, OverflowError):
         raise ConfigurationError(
-            f"{key} is varied by {data!r}; give {{uniform: [low, high]}} or "
+            f"{key} is varied by {quoted(data)}; give {{uniform: [low, high]}} or "
             f"{{normal: [mean, standard deviation]}}."
         ) from None
-
-
-def _whole(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ConfigurationError(f"samples and seed must be whole numbers, not {value!r}.")
-    return value

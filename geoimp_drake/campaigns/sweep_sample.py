@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from geoimp_drake.errors import one_line
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.typing import Array
@@ -56,7 +57,7 @@ def run_sample(sample: Sample) -> dict[str, Any]:
         "peak_force": _peak(log, slice(3, 6)),
         "peak_moment": _peak(log, slice(0, 3)),
         "values": {**values, **_values_of(claims)},
-        "failure": None if outcome.failure is None else " ".join(str(outcome.failure).split()),
+        "failure": None if outcome.failure is None else one_line(outcome.failure),
     }
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from geoimp_drake.cli.commands import FAILURE, UNUSABLE
 from geoimp_drake.cli.parser import make_parser
-from geoimp_drake.errors import GeoimpError, ModelError, drake_errors
+from geoimp_drake.errors import GeoimpError, ModelError, drake_errors, one_line
 
 __all__ = ["main"]
 
@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _log_on_terminal(), drake_errors(ModelError, "Drake", raised=()):
             return int(options.command(options))
     except GeoimpError as error:
-        print(f"geoimp: {error}", file=sys.stderr)
+        print(f"geoimp: {one_line(error)}", file=sys.stderr)
         return UNUSABLE
     except KeyboardInterrupt:
         print("geoimp: interrupted", file=sys.stderr)

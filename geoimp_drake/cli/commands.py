@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, one_line
 
 __all__ = [
     "BENCH_CASES",
@@ -105,8 +105,10 @@ def compare(options: argparse.Namespace) -> int:
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
     from geoimp_drake.diagrams.experiments.comparisons import CHAPTER_FAMILIES, COMPARISONS
     from geoimp_drake.simulation.claims import format_claims
+    from geoimp_drake.validation import choice
 
     experiment = get_experiment(options.experiment)
+    choice(experiment.name, "experiment to compare families of", COMPARISONS)
     claims, across, files, failures = compare_families(
         experiment,
         COMPARISONS[experiment.name],
@@ -194,7 +196,7 @@ def _print_files(files: list[Path]) -> None:
 
 def _status(failures: Mapping[str, Exception | str]) -> int:
     for name, failure in failures.items():
-        print(f"geoimp: the simulation of {name} failed: {failure}", file=sys.stderr)
+        print(f"geoimp: the simulation of {name} failed: {one_line(failure)}", file=sys.stderr)
     return FAILURE if failures else SUCCESS
 
 

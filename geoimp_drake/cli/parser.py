@@ -6,6 +6,7 @@ from typing import NoReturn
 
 from geoimp_drake import __version__
 from geoimp_drake.cli import commands
+from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
 
@@ -14,7 +15,7 @@ class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, as every other error here."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(commands.UNUSABLE, f"geoimp: {message} (see {self.prog} --help)\n")
+        self.exit(commands.UNUSABLE, f"geoimp: {one_line(message)} (see {self.prog} --help)\n")
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -36,6 +36,7 @@ from geoimp_drake.motion_program.program import (
     ToolMove,
 )
 from geoimp_drake.motion_program.symbols import Symbol, SymbolTable
+from geoimp_drake.reading import read_text
 from geoimp_drake.typing import Array
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def read_program(
     """Reads a program from a file.
 
     Args:
-        path: of the file, UTF-8.
+        path: of the file, UTF-8, with a byte order mark or without.
         taught: values of the variables: for a JOINTPOS joint positions from the base to the hand
             [rad or m], for a POSITION the pose X_WT of the tool frame, else a number.
         constants: values in the place of those that the program gives, by name.
@@ -73,10 +74,7 @@ def read_program(
         ConfigurationError: the file cannot be read, is no such program, or what it needs is not
             taught; the message has file, line and column.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"The motion program {path} cannot be read: {error}") from error
+    text = read_text(Path(path), "motion program")
     return parse_program(text, taught, constants, file=Path(path).name)
 
 

@@ -27,7 +27,7 @@ from geoimp_drake.motion_program.program import (
 from geoimp_drake.motion_program.speed_profile import trapezoidal_profile
 from geoimp_drake.motion_program.straight_line import pose_distance, straight_path
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, finite_vector, key, positive
+from geoimp_drake.validation import check, finite_vector, key, positive, positive_vector
 
 __all__ = ["MotionPlan", "PlanConfig", "ProgramSegment", "plan"]
 
@@ -62,19 +62,20 @@ class PlanConfig:
             "rotational_acceleration",
         ):
             positive(getattr(self, part), key(name, part))
-        if not 0 < self.joint_move_speed <= 1:
+        positive(self.joint_move_speed, key(name, "joint_move_speed"))
+        if self.joint_move_speed > 1:
             raise ConfigurationError(
                 f"{key(name, 'joint_move_speed')} is {self.joint_move_speed:g}; it is a part of "
                 f"the greatest speeds, above 0 and up to 1."
             )
         for part in ("joint_speeds", "joint_accelerations", "joint_weights"):
             if (value := getattr(self, part)) is not None:
-                _positive_vector(value, key(name, part), np.size(value))
+                positive_vector(value, key(name, part))
 
     def vector(self, name: str, size: int, default: Array) -> Array:
         """Returns a joint's field with one number a joint, or the default where none is given."""
         value = getattr(self, name)
-        return default if value is None else _positive_vector(value, f"speeds.{name}", size)
+        return default if value is None else positive_vector(value, f"speeds.{name}", size)
 
 
 class ProgramSegment(NamedTuple):
@@ -193,13 +194,13 @@ class _Planner:
     def part(self, move: JointMove | LinearMove | ToolMove, label: str) -> Trajectory | None:
         """Returns a move's trajectory from here and now; None if it moves nothing."""
         if isinstance(move, JointMove):
-            return self.joint_part(self.posture(move.target, label))
+            return self.joint_part(self.posture(move.target, label), label)
         if isinstance(move, LinearMove):
             return self.straight_part(move.X_WT, label)
         X_WT = self.arm.tool_pose(self.q) @ RigidTransform(move.displacement)
         return self.straight_part(X_WT, label)
 
-    def joint_part(self, target: Array) -> Trajectory | None:
+    def joint_part(self, target: Array, label: str) -> Trajectory | None:
         """Returns the trajectory of a joint move; the joint that needs longest sets the time."""
         change = target - self.q
         if np.abs(change).max() < _NOTHING:
@@ -208,7 +209,7 @@ class _Planner:
         speed = 1.0 / np.max(np.abs(change) / speeds)
         acceleration = 1.0 / np.max(np.abs(change) / self.joint_accelerations)
         path = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.column_stack((self.q, target)))
-        return self.timed(path, speed, acceleration)
+        return self.timed(path, speed, acceleration, label)
 
     def straight_part(self, X_WT: RigidTransform, label: str) -> Trajectory | None:
         """Returns the trajectory of a straight move; position and attitude take the same time."""
@@ -221,15 +222,18 @@ class _Planner:
             path_of_tool / (c.linear_acceleration, c.rotational_acceleration)
         )
         path = straight_path(self.arm, self.q, X_WT, label)
-        part = self.timed(path, speed, acceleration)
+        part = self.timed(path, speed, acceleration, label)
         self.check_speeds(part, path.get_number_of_segments(), label)
         return part
 
-    def timed(self, path: Trajectory, speed: float, acceleration: float) -> Trajectory:
+    def timed(self, path: Trajectory, speed: float, acceleration: float, label: str) -> Trajectory:
         """Returns a path over s in [0, 1] as a trajectory that starts now, with the override."""
-        profile = trapezoidal_profile(
-            self.time, self.override * speed, self.override * acceleration
-        )
+        try:
+            profile = trapezoidal_profile(
+                self.time, self.override * speed, self.override * acceleration
+            )
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{label}: {error}") from None
         return PathParameterizedTrajectory(path, profile)
 
     def posture(self, value: Array, label: str) -> Array:
@@ -273,10 +277,3 @@ def _check_bounded(speeds: Array, joint_names: tuple[str, ...]) -> None:
         raise ConfigurationError(
             f"The plant has no speed limit for: {', '.join(unbounded)}. Give program.joint_speeds."
         )
-
-
-def _positive_vector(value: Array, name: str, size: int) -> Array:
-    vector = finite_vector(value, name, size)
-    if not (vector > 0).all():
-        raise ConfigurationError(f"{name} is {vector.tolist()}; all must be positive.")
-    return vector

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from pydrake.trajectories import PiecewisePolynomial
 
+from geoimp_drake.errors import ConfigurationError
+
 __all__ = ["trapezoidal_profile"]
 
 
@@ -20,6 +22,10 @@ def trapezoidal_profile(
         start_time: [s].
         speed: greatest ṡ, of whole paths a second [1/s].
         acceleration: s̈ [1/s²].
+
+    Raises:
+        ConfigurationError: a part of the profile is so short that its end is its begin in floating
+            point.
     """
     speed = min(speed, math.sqrt(acceleration))
     ramp = speed / acceleration
@@ -29,5 +35,11 @@ def trapezoidal_profile(
     s, rate = np.array([0.0, ramped, 1.0 - ramped, 1.0]), np.array([0.0, speed, speed, 0.0])
     if 1.0 - 2.0 * ramped < 1e-9:
         times, s, rate = (np.delete(row, 2) for row in (times, s, rate))
+    times += start_time
+    if not (np.diff(times) > 0).all():
+        raise ConfigurationError(
+            f"a move from {start_time:.9g} s on would take {duration:.3g} s, {ramp:.3g} s of it to "
+            f"gather speed, which is nothing there. Give a lower speed and acceleration."
+        )
     # Cubics with these values and slopes at both ends of each part are its parabolas and its line.
-    return PiecewisePolynomial.CubicHermite(start_time + times, s[np.newaxis], rate[np.newaxis])
+    return PiecewisePolynomial.CubicHermite(times, s[np.newaxis], rate[np.newaxis])

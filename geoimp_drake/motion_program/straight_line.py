@@ -16,6 +16,7 @@ __all__ = ["pose_distance", "straight_path"]
 _KNOT_DISTANCE = 0.01  # [m]
 _KNOT_ANGLE = 0.04  # [rad]
 _FEWEST_INTERVALS = 4
+_MOST_INTERVALS = 10_000
 _HALVINGS = 3
 # How far the tool frame may be from the line anywhere.
 _POSITION_TOLERANCE = 2e-5  # [m]
@@ -53,6 +54,11 @@ def straight_path(
     intervals = max(
         _FEWEST_INTERVALS, math.ceil(distance / _KNOT_DISTANCE), math.ceil(angle / _KNOT_ANGLE)
     )
+    if intervals > _MOST_INTERVALS:
+        raise ConfigurationError(
+            f"{label}: the line is {distance:.4g} m long, {intervals:.3g} times {_KNOT_DISTANCE:g} "
+            f"m; at most {_MOST_INTERVALS} are computed. Teach a pose within reach."
+        )
     for halving in range(_HALVINGS + 1):
         knots = np.linspace(0.0, 1.0, intervals * 2**halving + 1)
         path = _spline(arm, line, q_start, knots, f"{label} ({distance:.4g} m, {angle:.4g} rad)")

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import finite_vector, unknown_name
+from geoimp_drake.validation import LARGEST, finite_vector, quoted, unknown_name
 
 if TYPE_CHECKING:
     from lark import Token
@@ -139,8 +139,10 @@ def _taught(value: Any, kind: str, name: str) -> Any:
 def _number(value: Any, name: str) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = float("nan")
-    if not np.isfinite(number):
-        raise ConfigurationError(f"{name} is {value!r}; give a finite number.")
+    if not abs(number) <= LARGEST:
+        raise ConfigurationError(
+            f"{name} is {quoted(value)}; give a finite number of at most {LARGEST:g} in size."
+        )
     return number

@@ -6,9 +6,9 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 
-from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import (
+    LARGEST_SEED,
     UNBOUNDED,
     choice,
     finite_array,
@@ -16,6 +16,7 @@ from geoimp_drake.validation import (
     key,
     non_negative,
     positive,
+    whole_number,
 )
 
 __all__ = ["SensorMounting", "ToolLoad", "WristSensor", "WristSensorConfig"]
@@ -42,20 +43,17 @@ class WristSensorConfig:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         positive(self.period, key(name, "period"), "s")
         for part in ("force_range", "moment_range"):
-            if not getattr(self, part) > 0:
-                raise ConfigurationError(
-                    f"{key(name, part)} is {getattr(self, part):g}; it must be positive (.inf for "
-                    f"none)."
-                )
+            if (largest := getattr(self, part)) != np.inf:
+                positive(largest, key(name, part), "(.inf for none)")
         for part in (
             "force_resolution",
             "moment_resolution",
             "force_noise",
             "moment_noise",
             "filter_cutoff",
-            "seed",
         ):
             non_negative(getattr(self, part), key(name, part))
+        whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
         finite_vector(self.bias, key(name, "bias"), 6)
         choice(self.inertial_load, key(name, "inertial_load"), ("none", "plant", "reference"))
 

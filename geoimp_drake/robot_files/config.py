@@ -13,7 +13,7 @@ from geoimp_drake.robot_files.inertia_repair import INERTIA
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, choice, finite_vector, key
+from geoimp_drake.validation import PATH, check, choice, finite_vector, key
 
 __all__ = ["RobotConfig"]
 
@@ -24,12 +24,13 @@ _POSES = ("offset_position", "offset_attitude_deg", "base_position", "base_attit
 class RobotConfig:
     """A robot from a file; attitudes are XYZ Euler angles."""
 
-    file: str = ""  # URDF, SDF or MJCF
+    file: str = field(default="", metadata=PATH)  # URDF, SDF or MJCF
     end_effector: str = ""  # its link, frame or site F
     offset_position: Array = field(default_factory=lambda: np.zeros(3))  # of E in F [m]
     offset_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
     sensor_joint: str | None = None  # a fixed joint; otherwise one is found or put there
-    packages: dict[str, str] = field(default_factory=dict)  # folders of package:// names
+    # Folders of package:// names.
+    packages: dict[str, str] = field(default_factory=dict, metadata=PATH)
     geometry: str = "convert"  # or keep, leave-out
     inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]

@@ -4,6 +4,7 @@ A scenario is a plain dataclass whose defaults run. It may contain Drake's own c
 (`MultibodyPlantConfig`, `SimulatorConfig`) as fields.
 """
 
+import re
 import typing
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.reading import read_text
-from geoimp_drake.scenario.yaml_text import YamlData, parse_yaml
+from geoimp_drake.scenario.yaml_text import parse_yaml
 from geoimp_drake.validation import (
     check,
     check_data,
@@ -25,7 +26,9 @@ from geoimp_drake.validation import (
 )
 
 __all__ = [
+    "YamlData",
     "dump_scenario",
+    "list_index",
     "load_scenario",
     "plain_data",
     "read_layer",
@@ -33,6 +36,20 @@ __all__ = [
 ]
 
 Scenario = TypeVar("Scenario")
+
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the first is libyaml's, if it is there
+
+
+class YamlData(dict[str, Any]):
+    """A mapping that was read, and where.
+
+    Attributes:
+        file: that it was read from.
+        lines: number of the line of each key and entry, by its path.
+    """
+
+    file: Path
+    lines: dict[str, int]
 
 
 def load_scenario(
@@ -51,6 +68,15 @@ def load_scenario(
         ConfigurationError: an unknown key (the valid ones listed), a value of the wrong type, or
             whatever `validation.check` refuses.
     """
+    try:
+        return _loaded(schema, layers, overrides)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{_place(error.key, layers, overrides)}{error}") from error
+
+
+def _loaded(
+    schema: type[Scenario], layers: Sequence[dict[str, Any]], overrides: Sequence[str]
+) -> Scenario:
     data = plain_data(schema())
     for layer in layers:
         check_data(schema, layer)
@@ -59,26 +85,41 @@ def load_scenario(
         _override(schema, data, override)
     check_data(schema, data)
     try:
-        scenario = yaml_load_typed(schema=schema, data=yaml.safe_dump(data), defaults=schema())
+        text = yaml.dump(data, Dumper=_DUMPER)
+        scenario = yaml_load_typed(schema=schema, data=text, defaults=schema())
     except (RuntimeError, ValueError, TypeError) as error:
         raise ConfigurationError(f"The scenario cannot be read: {error}") from error
     check(scenario)
     return scenario
 
 
+def _place(path: str, layers: Sequence[dict[str, Any]], overrides: Sequence[str]) -> str:
+    """Returns the file and line that a key comes from, to begin a message; empty for overrides."""
+    given = [override.partition("=")[0] for override in overrides]
+    if any(f"{path}.".startswith(f"{one}.") for one in given):
+        return ""
+    files = [layer for layer in layers if isinstance(layer, YamlData) and path in layer.lines]
+    return f"{files[-1].file}, line {files[-1].lines[path]}: " if files else ""
+
+
 def read_yaml(path: Path) -> YamlData:
-    """Returns a YAML file's data.
+    """Returns a YAML file's data, without top-level keys that begin with an underscore.
+
+    Those are there for anchors.
 
     Raises:
         ConfigurationError: no such file, no YAML, or not a mapping of keys to values.
     """
-    data = parse_yaml(read_text(path, "scenario file"), str(path))
-    if not isinstance(data, YamlData):
+    lines: dict[str, int] = {}
+    data = parse_yaml(read_text(path, "scenario file"), str(path), lines)
+    if not isinstance(data, dict):
         raise ConfigurationError(
             f"{path} holds {type(data).__name__ if data is not None else 'nothing'}; a scenario is "
             f"a mapping of keys to values."
         )
-    return data
+    layer = YamlData({key: value for key, value in data.items() if not key.startswith("_")})
+    layer.file, layer.lines = path, lines
+    return layer
 
 
 def read_layer(path: Path) -> YamlData:
@@ -112,7 +153,8 @@ def dump_scenario(scenario: Any) -> str:
 
 def plain_data(scenario: Any) -> dict[str, Any]:
     """Returns a scenario as nested dictionaries, lists and numbers."""
-    return dict(yaml.safe_load(dump_scenario(scenario)))
+    data: dict[str, Any] = parse_yaml(dump_scenario(scenario), "The scenario")
+    return data
 
 
 def _merged(base: Any, top: Any) -> Any:
@@ -127,7 +169,6 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
     if not equals or not path:
         raise ConfigurationError(f"{quoted(override)} is not of the form key.path=value.")
     value = parse_yaml(text, f"The value of {quoted(override)}")
-    value = dict(value) if isinstance(value, dict) else value  # as what it is put into
     target: Any = data
     keys = path.split(".")
     for depth, key in enumerate(keys):
@@ -140,18 +181,26 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
             target = target[index]
 
 
+def list_index(key: str, target: list[Any]) -> int | None:
+    """Returns the number that a part of a key's path is, of an entry of a list; None if none is."""
+    is_index = re.fullmatch(r"[0-9]{1,9}", key) and int(key) < len(target)
+    return int(key) if is_index else None
+
+
 def _step(schema: Any, target: Any, key: str, path: str) -> tuple[Any, Any]:
     """Returns the schema of a part and its index in `target`; raises if there is no such part."""
     schema = without_optional(schema)
     fields = field_types(schema)
     if isinstance(target, list):
-        if not key.isdigit() or int(key) >= len(target):
-            raise ConfigurationError(f"{path} has {len(target)} entries; '{key}' is none of them.")
-        return (typing.get_args(schema) or (Any,))[0], int(key)
+        if (index := list_index(key, target)) is None:
+            raise ConfigurationError(
+                f"{path} has {len(target)} entries; {quoted(key)} is none of them."
+            )
+        return (typing.get_args(schema) or (Any,))[0], index
     if typing.get_origin(schema) is dict:
         return typing.get_args(schema)[1], key
     if fields is None:
-        raise ConfigurationError(f"'{path}' has no parts, so '{path}.{key}' does not exist.")
+        raise ConfigurationError(f"'{path}' has no parts; {quoted(key)} is none of them.")
     if key not in fields:
         raise unknown_name(key, f"key in {path or 'the scenario'}", fields)
     return fields[key], key

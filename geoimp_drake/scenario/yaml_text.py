@@ -13,10 +13,10 @@ from typing import Any
 
 import yaml
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, one_line
 from geoimp_drake.validation import key, quoted
 
-__all__ = ["YamlData", "parse_yaml"]
+__all__ = ["parse_yaml"]
 
 # What aliases stand for is counted each time.
 _MOST_NODES, _DEEPEST = 20_000, 30
@@ -33,56 +33,38 @@ _REAL = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?", re.ASCII)
 _SPECIAL = re.compile(r"([-+]?)\.(inf|Inf|INF|nan|NaN|NAN)")
 
 
-class YamlData(dict[str, Any]):
-    """A mapping that was read, and where.
-
-    Attributes:
-        name: of the file.
-        lines: number of the line of each value, by its path.
-    """
-
-    name: str
-    lines: dict[str, int]
-
-
-def parse_yaml(text: str, name: str) -> Any:
-    """Returns the data of a YAML text; a mapping as `YamlData`.
+def parse_yaml(text: str, name: str, lines: dict[str, int] | None = None) -> Any:
+    """Returns the data of a YAML text.
 
     Args:
-        text: one document. Top-level keys with a leading underscore are left out: they are there
-            for anchors.
+        text: one document.
         name: of the text, for errors.
+        lines: is filled with the number of the line of each key and entry, by its path.
 
     Raises:
         ConfigurationError: no YAML, a tag, a key that is no text or given twice, more than 20,000
             values or 30 levels; the message has the lines.
     """
-    reader = _Reader(text, name)
     try:
-        value = reader.document()
+        return _Reader(text, name, {} if lines is None else lines).document()
     except yaml.YAMLError as error:
         raise ConfigurationError(f"{name} is not YAML: {_problem(error)}") from None
     except UnicodeError as error:
         raise ConfigurationError(f"{name} is not YAML: {error}") from None
-    if not isinstance(value, dict):
-        return value
-    data = YamlData({k: part for k, part in value.items() if not k.startswith("_")})
-    data.name, data.lines = name, reader.lines
-    return data
 
 
 def _problem(error: yaml.YAMLError) -> str:
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
         mark = error.problem_mark
         return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return " ".join(str(error).split())
+    return one_line(error)
 
 
 class _Reader:
     """Builds data from the parser's events, one by one."""
 
-    def __init__(self, text: str, name: str):
-        self.lines: dict[str, int] = {}
+    def __init__(self, text: str, name: str, lines: dict[str, int]):
+        self._lines = lines
         self._name = name
         self._events: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
         self._anchored: dict[str, tuple[Any, int]] = {}
@@ -129,21 +111,21 @@ class _Reader:
             where = key(path, name)
             if name in value:
                 raise self._error(
-                    event, f"{quoted(where)} is in line {self.lines[where]} already; leave one out"
+                    event, f"{quoted(where)} is in line {self._lines[where]} already; leave one out"
                 )
             part = self._value(next(self._events), where, depth + 1)
             if name == "<<" and isinstance(part, dict):
                 merged |= part
             else:
                 value[name] = part
-                self.lines[where] = event.start_mark.line + 1
+                self._lines[where] = event.start_mark.line + 1
         return {**merged, **value}
 
     def _sequence(self, path: str, depth: int) -> list[Any]:
         value: list[Any] = []
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
             where = key(path, str(len(value)))
-            self.lines[where] = event.start_mark.line + 1
+            self._lines[where] = event.start_mark.line + 1
             value.append(self._value(event, where, depth + 1))
         return value
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.errors import ConfigurationError, GeoimpError, one_line
 from geoimp_drake.output_folder import FileWriter, check_entries
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
@@ -115,7 +115,7 @@ def _unusable(failure: Exception) -> GeoimpError:
     """Returns the error for a simulation that did not get beyond its start."""
     if isinstance(failure, GeoimpError):
         return failure
-    return ConfigurationError(f"The simulation cannot start: {' '.join(str(failure).split())}")
+    return ConfigurationError(f"The simulation cannot start: {one_line(failure)}")
 
 
 def _check_writable(out: Path) -> None:

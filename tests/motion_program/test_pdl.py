@@ -173,6 +173,12 @@ def test_file_that_cannot_be_read_is_named(tmp_path):
         read_program(tmp_path / "nothing.pdl", {})
 
 
+def test_a_byte_order_mark_does_not_matter(tmp_path):
+    file = tmp_path / "marked.pdl"
+    file.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())
+    assert same(read_program(file, TAUGHT), read())
+
+
 def test_taught_variables_of_a_scenario_become_values():
     home = TaughtVariable("home", joints=[1, 2, 3])
     goal = TaughtVariable("goal", position=[0.1, 0.2, 0.3], attitude_deg=[0, 0, 90])

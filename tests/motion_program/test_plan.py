@@ -181,6 +181,7 @@ def test_tool_frame_turned_about_its_tip_moves_along_its_own_axis():
         (JointMove(START[:6], "six"), "six: joint positions"),
         (JointMove(np.full(7, np.nan), "none"), "none"),
         (ToolMove([0, np.nan, 0], "nan"), "nan"),
+        (ToolMove([0, 0, 1e9], "off"), r"off: the line is 1e\+09 m long, 1e\+11 times 0.01 m; at"),
         (SpeedOverride(0.5), r"0\.5 %"),
         (SpeedOverride(101), "101 %"),
         (ToolMove([0, 0, 0]), "Nothing moves"),
@@ -243,6 +244,12 @@ def test_line_that_the_arm_cannot_keep_to_is_refused(arm, monkeypatch):
 def test_configuration_that_cannot_be_used_is_named(arm, field, value):
     with pytest.raises(ConfigurationError, match=field):
         arm.plan(ToolMove([0, 0, 0.1]), config=PlanConfig(**{field: value}))
+
+
+def test_a_move_that_takes_no_time_in_floating_point_is_named(arm):
+    wild = PlanConfig(joint_speeds=np.full(7, 1e9), joint_accelerations=np.full(7, 1e12))
+    with pytest.raises(ConfigurationError, match=r"turn: a move from 1e\+10 s on would take"):
+        arm.plan(JointMove(START + 0.1, "turn"), config=wild, start_time=1e10)
 
 
 def test_start_beyond_its_limits_is_refused(arm):

@@ -6,6 +6,7 @@ import tracemalloc
 import pytest
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.scenario.loading import read_yaml
 from geoimp_drake.scenario.yaml_text import parse_yaml
 
 
@@ -92,11 +93,13 @@ def test_a_plain_text_is_what_it_looks_like_or_stays_a_text(text, value):
     assert (read, type(read)) == (value, type(value))
 
 
-def test_keys_for_anchors_alone_and_merged_mappings_are_read():
-    text = "_gains: &gains {mass: 9, damping: 5}\nrotation: {<<: *gains, mass: 1}"
-    assert parse_yaml(text, "f") == {"rotation": {"mass": 1, "damping": 5}}
+def test_keys_for_anchors_alone_and_merged_mappings_are_read(tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_text("_gains: &gains {mass: 9, damping: 5}\nrotation: {<<: *gains, mass: 1}")
+    assert read_yaml(file) == {"rotation": {"mass": 1, "damping": 5}}
 
 
 def test_every_value_has_the_line_of_its_key():
-    data = parse_yaml("a: 1\nb:\n  c:\n    - 2\n    - {d: 3}\n", "f")
-    assert data.lines == {"a": 1, "b": 2, "b.c": 3, "b.c.0": 4, "b.c.1": 5, "b.c.1.d": 5}
+    lines: dict[str, int] = {}
+    parse_yaml("a: 1\nb:\n  c:\n    - 2\n    - {d: 3}\n", "f", lines)
+    assert lines == {"a": 1, "b": 2, "b.c": 3, "b.c.0": 4, "b.c.1": 5, "b.c.1.d": 5}

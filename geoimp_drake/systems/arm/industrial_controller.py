@@ -17,7 +17,14 @@ from geoimp_drake.parts.torque import Saturation
 from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, finite_vector, key, non_negative, positive
+from geoimp_drake.validation import (
+    check,
+    finite_vector,
+    key,
+    non_negative,
+    positive,
+    positive_vector,
+)
 
 __all__ = ["IndustrialController", "IndustrialControllerConfig", "make_industrial_controller"]
 
@@ -44,8 +51,7 @@ class IndustrialControllerConfig:
             positive(getattr(self, part), key(name, part))
         non_negative(self.integral_rate, key(name, "integral_rate"), "1/s")
         if self.kp is not None:
-            where = key(name, "kp")
-            _check_gains(finite_vector(self.kp, where, np.size(self.kp)), where)
+            positive_vector(self.kp, key(name, "kp"))
 
 
 class IndustrialController(Block):
@@ -95,7 +101,7 @@ class IndustrialController(Block):
         n = model.num_joints
         _check_rows(trajectory, n)
         self._model, self._trajectory, self._config = model, trajectory, config
-        self._kp = _check_gains(finite_vector(kp, "servo.kp", n))
+        self._kp = positive_vector(kp, "servo.kp", n)
         self._kd = 2.0 * config.damping / config.bandwidth * self._kp
         self._ki = config.integral_rate * self._kp
         self._limits = model.effort_limits
@@ -201,12 +207,6 @@ def _check_rows(trajectory: Trajectory, n: int) -> None:
             f"The trajectory has {trajectory.rows()} rows and {trajectory.cols()} columns; the arm "
             f"has {n} joints: give {n} rows and one column."
         )
-
-
-def _check_gains(kp: Array, name: str = "servo.kp") -> Array:
-    if not (kp > 0).all():
-        raise ConfigurationError(f"{name} is {kp.tolist()}; all must be positive.")
-    return kp
 
 
 def _check_preload(preload: Array, limit: Array, joint_names: tuple[str, ...]) -> None:

@@ -38,6 +38,12 @@ class WrenchRamp:
         non_negative(self.start, key(name, "start"), "s")
         positive(self.duration, key(name, "duration"), "s")
         positive(self.blend, key(name, "blend"), "s")
+        end = self.start + self.duration
+        if end - self.blend == end:
+            raise ConfigurationError(
+                f"{key(name, 'blend')} is {self.blend:g} s, which is nothing at {end:g} s, the end "
+                f"of the ramp; give a longer one."
+            )
         if self.blend > self.duration / 2:
             raise ConfigurationError(
                 f"{key(name, 'blend')} is {self.blend:g} s; two of them must fit into "
@@ -60,9 +66,9 @@ def linear_with_fourth_order_blends(
     """
     rate, linear = 1.0 / (duration - blend), duration - 2.0 * blend
     pieces, breaks = [_first_blend(rate, blend)], [start, start + blend]
-    if linear > 0:
+    if start + blend < (last := start + blend + linear):
         pieces.append(Polynomial([rate * blend / 2.0, rate]))
-        breaks.append(start + blend + linear)
+        breaks.append(last)
     pieces.append(_last_blend(rate, blend))
     breaks.append(start + duration)
     return PiecewisePolynomial([np.array([[piece]]) for piece in pieces], breaks)

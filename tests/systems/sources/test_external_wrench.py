@@ -99,6 +99,7 @@ def test_axes_of_a_frame_need_to_be_known():
         ("axes", "E", "external.axes 'E'.*frame, world"),
         ("start", -1.0, "external.start is -1"),
         ("duration", 0.0, "external.duration is 0"),
+        ("blend", 1e-20, "external.blend is 1e-20"),
         ("blend", 0.6, r"external.blend is 0.6 s.*two of them.*1 s"),
     ],
 )
@@ -107,3 +108,9 @@ def test_bad_ramp_is_refused(field, value, message):
     setattr(ramp, field, value)
     with pytest.raises(ConfigurationError, match=message):
         check(ramp, "external")
+
+
+def test_a_blend_that_is_nothing_at_its_time_is_refused():
+    with pytest.raises(ConfigurationError, match=r"blend is 1e-05 s, which is nothing at 1e\+12 s"):
+        check(WrenchRamp(start=1e12, blend=1e-5), "external")
+    check(WrenchRamp(start=1e12, blend=0.2), "external")
