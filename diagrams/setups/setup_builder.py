@@ -6,13 +6,14 @@ from typing import Generic, TypeVar
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import Frame
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.robot_files.preflight import warn_before_run
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
@@ -66,6 +67,10 @@ class SetupBuilder(Generic[Models]):
         self.models = add_models(self.plant)
         self.recorder = Recorder(self.builder, scenario.log_period)
         self.is_logged = logged or meshcat is not None
+
+    def warn_of_start(self, arm: ModelInstanceIndex, E: Frame) -> None:
+        """Says in Drake's log what is wrong with an arm at its default positions, see there."""
+        warn_before_run(self.plant, arm, E, self._scene_graph)
 
     def add_desired_motion(
         self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()

@@ -50,6 +50,7 @@ def build_single_arm(
     posture, X_WE = start_posture(model, scenario.start)
     plant.SetDefaultPositions(arm, model.in_plant_order(posture))
     scenario.start.posture = posture.tolist()
+    setup.warn_of_start(arm, E)
     if scenario.surface is not None:
         check_clear(X_WE, surface_plane(scenario.surface.pose()), "start.position")
 
