@@ -12,10 +12,16 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.typing import Array
 
-__all__ = ["find_start_posture", "inverse_kinematics", "limit_margin"]
+__all__ = [
+    "find_start_posture",
+    "inverse_kinematics",
+    "limit_margin",
+    "posture_quality",
+    "start_postures",
+]
 
 # A start must be well away from a singularity, not just short of one.
-_SMALLEST_SINGULAR_VALUE = 1e-2
+_SINGULAR = 1e-2
 # A posture on a limit, which solvers keep to a tolerance, is no start.
 _LEAST_MARGIN = 1e-2
 # Further from the limits than this is no better.
@@ -32,8 +38,7 @@ def find_start_posture(
 ) -> Array:
     """Returns a posture far from joint limits and singularities, the same for the same seed.
 
-    Of the postures that are tried the best has the largest σ, the smallest singular value of the
-    Jacobian; a `limit_margin` below 0.3 counts against it in proportion. Collisions are not
+    Of the postures that are tried the best has the largest `posture_quality`. Collisions are not
     checked.
 
     Args:
@@ -49,14 +54,25 @@ def find_start_posture(
         ConfigurationError: no posture within the joint limits reaches X_WE.
         SingularityError: the best that was found is at a kinematic singularity.
     """
+    best = start_postures(model, X_WE, seed=seed)[0]
+    check_regular(_arm_at(model, model.plant.CreateDefaultContext(), best).Jv_V_WE, _SINGULAR)
+    return best
+
+
+def start_postures(
+    model: ControlModel, X_WE: RigidTransform | None = None, *, seed: int = 0
+) -> list[Array]:
+    """Returns all postures that `find_start_posture` tries, the best first; arguments as there.
+
+    Raises:
+        ConfigurationError: no posture within the joint limits reaches X_WE.
+    """
     context = model.plant.CreateDefaultContext()
     postures = _samples(model, seed)
     if X_WE is not None:
         nearest = sorted(postures, key=lambda q: _distance(_arm_at(model, context, q), X_WE))
         postures = _reaching(model, X_WE, nearest[:_GUESSES])
-    best = max(postures, key=lambda q: _quality(model, context, q))
-    check_regular(_arm_at(model, context, best).Jv_V_WE, _SMALLEST_SINGULAR_VALUE)
-    return best
+    return sorted(postures, key=lambda q: -posture_quality(model, context, q))
 
 
 def inverse_kinematics(model: ControlModel, X_WE: RigidTransform, guess: Array) -> Array | None:
@@ -91,6 +107,20 @@ def limit_margin(model: ControlModel, q: Array) -> float:
     return float(2.0 * room.min(initial=0.5))
 
 
+def posture_quality(model: ControlModel, context: Context, q: Array) -> float:
+    """Returns σ, the smallest singular value of the Jacobian, less where a limit is near.
+
+    A `limit_margin` below 0.3 counts against it in proportion.
+
+    Args:
+        model: the arm.
+        context: of its plant; it is left at the posture.
+        q: joint positions (n) in the control model's order [rad or m].
+    """
+    sigma = np.linalg.svd(_arm_at(model, context, q).Jv_V_WE, compute_uv=False)[-1]
+    return float(sigma) * min(limit_margin(model, q) / _AMPLE_MARGIN, 1.0)
+
+
 def _samples(model: ControlModel, seed: int) -> list[Array]:
     lower = np.maximum(model.plant.GetPositionLowerLimits(), -_WIDEST)
     upper = np.minimum(model.plant.GetPositionUpperLimits(), _WIDEST)
@@ -100,11 +130,6 @@ def _samples(model: ControlModel, seed: int) -> list[Array]:
 
 def _arm_at(model: ControlModel, context: Context, q: Array) -> ArmState:
     return evaluate_arm(model, context, np.concatenate((q, np.zeros_like(q))))
-
-
-def _quality(model: ControlModel, context: Context, q: Array) -> float:
-    sigma = np.linalg.svd(_arm_at(model, context, q).Jv_V_WE, compute_uv=False)[-1]
-    return float(sigma) * min(limit_margin(model, q) / _AMPLE_MARGIN, 1.0)
 
 
 def _distance(arm: ArmState, X_WE: RigidTransform) -> float:

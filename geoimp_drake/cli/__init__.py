@@ -1,4 +1,4 @@
-"""The command line `geoimp`: list, init, run, compare, sweep, reproduce and time experiments.
+"""The command line `geoimp`: experiments are listed, run, compared, swept, timed.
 
 Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simulation failed.
 """

@@ -15,6 +15,7 @@ __all__ = [
     "SUCCESS",
     "UNUSABLE",
     "bench",
+    "check",
     "compare",
     "init",
     "list_experiments",
@@ -90,12 +91,47 @@ def _named_in(file: Path | None) -> str:
 
 def init(options: argparse.Namespace) -> int:
     """Writes a commented scenario. Returns the exit status."""
+    file = options.file
+    if options.robot is None:
+        if file is None or options.end_effector is not None:
+            raise ConfigurationError(
+                "Name the file to write, or give a robot with --robot; --end-effector is for one."
+            )
+        _init_experiment(file, options.base or "plexiglas")
+    else:
+        if options.base is not None:
+            raise ConfigurationError("--robot and --from exclude each other; give one of them.")
+        from geoimp_drake.cli.robots import init_robot
+
+        file = file or Path(f"{options.robot.stem}.yaml")
+        init_robot(options.robot, options.end_effector, file)
+    print(f"written: {file}\nrun it: geoimp run --scenario {file}")
+    return SUCCESS
+
+
+def _init_experiment(file: Path, name: str) -> None:
     from geoimp_drake.diagrams.experiments.catalogue import OWN, get_experiment
     from geoimp_drake.scenario.template import write_template
 
-    base = get_experiment(options.base)
-    write_template(options.file, base, OWN[base.setup].name)
-    print(f"written: {options.file}\nrun it: geoimp run --scenario {options.file}")
+    base = get_experiment(name)
+    scenario = base.scenario()
+    scenario.experiment = OWN[base.setup].name
+    write_template(file, scenario, f"Your own experiment, to begin with `geoimp run {name}`.")
+
+
+def check(options: argparse.Namespace) -> int:
+    """Says what is wrong with a robot or a scenario before it runs. Returns the exit status."""
+    from geoimp_drake.cli.robots import check_robot, check_scenario
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.scenario.loading import read_layer
+
+    if options.file.suffix.lower() not in (".yaml", ".yml"):
+        check_robot(options.file, options.end_effector)
+        return SUCCESS
+    if options.end_effector is not None:
+        raise ConfigurationError("--end-effector is for a robot's file; a scenario names its own.")
+    experiment = get_experiment(_named_in(options.file))
+    check_scenario(experiment, experiment.scenario((read_layer(options.file),)))
     return SUCCESS
 
 

@@ -29,13 +29,31 @@ def make_parser() -> argparse.ArgumentParser:
     listing = subparsers.add_parser("list", help="name the experiments")
     listing.set_defaults(command=commands.list_experiments)
     init = subparsers.add_parser(
-        "init", help="write a commented scenario of your own, to be edited"
+        "init",
+        help="write a commented scenario of your own, to be edited",
+        description="Writes a scenario: that of an experiment, or with --robot one that a robot "
+        "runs at once, with a posture and gains that suit its mass. A file that is there is not "
+        "touched.",
     )
-    init.add_argument("file", type=Path, metavar="FILE", help="YAML file to write")
     init.add_argument(
-        "--from", dest="base", default="plexiglas", metavar="EXPERIMENT", help="to start from"
+        "file", type=Path, nargs="?", metavar="FILE", help="YAML file to write (ROBOT.yaml)"
     )
+    init.add_argument("--from", dest="base", metavar="EXPERIMENT", help="to begin with (plexiglas)")
+    init.add_argument("--robot", type=Path, metavar="ROBOT", help="URDF, SDF or MJCF file")
+    _add_end_effector(init)
     init.set_defaults(command=commands.init)
+    check = subparsers.add_parser(
+        "check",
+        help="say what is wrong with a robot or a scenario before it runs",
+        description="Builds it without running it, and prints what was changed to use the robot "
+        "and what is to be warned of.",
+        epilog="Exit status: 0, also with warnings, which are printed; 2 if it cannot be used.",
+    )
+    check.add_argument(
+        "file", type=Path, metavar="FILE", help="a robot (URDF, SDF, MJCF), or a scenario (YAML)"
+    )
+    _add_end_effector(check)
+    check.set_defaults(command=commands.check)
     run = subparsers.add_parser("run", help="run one experiment and write log, claims and figures")
     _add_run_options(run)
     run.set_defaults(command=commands.run)
@@ -72,6 +90,14 @@ def make_parser() -> argparse.ArgumentParser:
     )
     bench.set_defaults(command=commands.bench)
     return parser
+
+
+def _add_end_effector(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--end-effector",
+        metavar="NAME",
+        help="link, frame or site of the robot (its last, or one that is named like a tool)",
+    )
 
 
 def _add_run_options(run: argparse.ArgumentParser) -> None:

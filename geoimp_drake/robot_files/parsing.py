@@ -14,7 +14,7 @@ from geoimp_drake.robot_files.messages import in_users_words
 from geoimp_drake.robot_files.mjcf import sites
 from geoimp_drake.validation import unknown_name
 
-__all__ = ["find_frame", "parse", "trial_plant"]
+__all__ = ["find_frame", "named_frames", "parse", "trial_plant"]
 
 
 def parse(
@@ -63,11 +63,18 @@ def find_frame(
     Raises:
         ModelError: there is none of that name; those that there are are listed.
     """
-    name = description.aliases.get(name, name)
     _add_sites(description, plant, instance)
     if not plant.HasFrameNamed(name, instance):
         raise ModelError(str(unknown_name(name, "frame", _frame_names(plant, instance))))
     return plant.GetFrameByName(name, instance)
+
+
+def named_frames(
+    description: Description, plant: MultibodyPlant, instance: ModelInstanceIndex
+) -> list[str]:
+    """Returns the names that `find_frame` knows of a robot."""
+    _add_sites(description, plant, instance)
+    return _frame_names(plant, instance)
 
 
 def _add_sites(

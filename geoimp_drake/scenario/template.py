@@ -1,6 +1,7 @@
 """A scenario as commented YAML, to be edited: each key with what its field's comment says."""
 
 import ast
+import contextlib
 import dataclasses
 import inspect
 import io
@@ -8,8 +9,9 @@ import textwrap
 import tokenize
 import typing
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import yaml
 
@@ -17,30 +19,41 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.scenario.loading import plain_data
 from geoimp_drake.validation import field_types, without_optional
 
-__all__ = ["commented_yaml", "write_template"]
+__all__ = ["check_new", "commented_yaml", "write_template"]
 
 
-def write_template(file: Path, base: Any, name: str) -> None:
-    """Writes the whole scenario of an experiment, commented, as one of your own.
+def write_template(file: Path, scenario: Any, says: str) -> None:
+    """Writes a whole scenario, commented, to be edited.
 
     Args:
         file: to be written; one that is there is not touched.
-        base: the experiment.
-        name: that the scenario gets as its experiment.
+        scenario: names its experiment.
+        says: what it is, as text; becomes the comment at the top.
 
     Raises:
         ConfigurationError: the file is there already, or cannot be written.
     """
-    scenario = base.scenario()
-    scenario.experiment = name
-    header = (
-        f"# Your own experiment, to begin with that of `geoimp run {base.name}`. SI units.\n"
-        f"# Run it:  geoimp run --scenario {file}\n"
-        f"# A key that is left out has its default; an unknown one is refused.\n"
+    says += (
+        f"\nSI units. Run it:  geoimp run --scenario {file}\n"
+        f"A key that is left out has its default; an unknown one is refused."
     )
+    header = "".join(f"# {line}\n" for line in says.splitlines())
+    with _created(file) as out:
+        out.write(header + commented_yaml(scenario))
+
+
+def check_new(file: Path) -> None:
+    """Raises ConfigurationError if `write_template` would; tries it and leaves nothing."""
+    with _created(file):
+        file.unlink()
+
+
+@contextlib.contextmanager
+def _created(file: Path) -> Iterator[TextIO]:
+    """Opens a file that is not there yet."""
     try:
         with file.open("x", encoding="utf-8") as out:
-            out.write(header + commented_yaml(scenario))
+            yield out
     except FileExistsError:
         raise ConfigurationError(
             f"{file} is there already; give another name, or remove it first."

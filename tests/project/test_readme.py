@@ -73,6 +73,7 @@ def test_make_has_the_targets_of_the_readme(arguments):
 @pytest.mark.parametrize("line", [x for x in LINES if "geoimp" in x and " run " not in x])
 def test_other_commands_of_the_readme_run(line, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "models").symlink_to(README.parent / "models")
     execute(line)
 
 

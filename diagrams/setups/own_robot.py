@@ -1,0 +1,178 @@
+"""A scenario for a robot from a file, and what is to be warned of before one runs."""
+
+import contextlib
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.diagrams.setups.posture import StartConfig
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.config import RobotConfig
+from geoimp_drake.robot_files.loading import LoadedRobot
+from geoimp_drake.robot_files.messages import silent
+from geoimp_drake.robot_files.parsing import trial_plant
+from geoimp_drake.robot_files.proposal import Proposal, propose
+from geoimp_drake.robot_files.survey import RobotSurvey, survey_robot
+from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.external_wrench import WrenchRamp
+
+__all__ = ["WITH_SHAPES", "OwnRobot", "describe", "propose_scenario", "said_of"]
+
+_log = logging.getLogger("drake")
+
+# Out, back, and while somebody pushes [s].
+_OUT, _BACK, _PUSHED, _BEFORE_PUSH = 2.0, 2.0, 5.0, 0.5
+# Shapes of every kind, so that it is seen which links touch; and none, where these cannot be had.
+WITH_SHAPES, _WITHOUT = "convert", "leave-out"
+_UNITS = {"translation": ("kg", "Ns/m", "N/m"), "rotation": ("kg m²", "Nms/rad", "Nm/rad")}
+
+
+@dataclass
+class OwnRobot:
+    """A robot from a file, and a scenario that it can begin with.
+
+    Attributes:
+        survey: what there is in the file.
+        scenario: for the end effector that was chosen.
+        robot: in it.
+        joints: names of its joints, from the base to the end effector.
+        mass: of the moving links [kg].
+        changes: that were made to the robot to use it.
+        problem: why its geometry is left out, empty if it is not.
+    """
+
+    survey: RobotSurvey
+    scenario: SingleArmScenario
+    robot: RobotConfig
+    joints: tuple[str, ...]
+    mass: float
+    changes: tuple[str, ...]
+    problem: str = ""
+
+
+def propose_scenario(
+    file: Path, end_effector: str | None = None, geometry: str | None = None
+) -> OwnRobot:
+    """Returns a scenario that a robot runs at once: it moves, comes back and is pushed.
+
+    Args:
+        file: of the robot.
+        end_effector: a link, frame or site; by default that of the longest arm.
+        geometry: what the scenario does with the robot's shapes, its default unless given; they are
+            left out where they cannot be read.
+
+    Raises:
+        ConfigurationError: the file cannot be read.
+        ModelError: no arm of six joints is in it, no such frame, or as `load_robot`.
+    """
+    survey = survey_robot(file)
+    config = RobotConfig(str(file), end_effector or survey.arms[0].end_effector)
+    config.geometry, problem = geometry or config.geometry, ""
+    scenario = SingleArmScenario(experiment="custom", arm="arm", robot=config)
+    with silent():
+        try:
+            plant, scene_graph, robot = _load(config, WITH_SHAPES)
+        except ConfigurationError as error:
+            plant, scene_graph, robot = _load(config, _WITHOUT)
+            config.geometry, problem = _WITHOUT, str(error)
+        arm, E = robot.model_instance, robot.end_effector_frame
+        model = ControlModel.of_arm(plant, arm, E)
+        proposal = propose(plant, arm, E, scene_graph, scenario.sampling.period)
+    _fill_in(scenario, proposal)
+    mass = float(model.plant.CalcTotalMass(model.plant.CreateDefaultContext()))
+    return OwnRobot(survey, scenario, config, model.joint_names, mass, robot.changes, problem)
+
+
+def _load(config: RobotConfig, geometry: str) -> tuple[MultibodyPlant, SceneGraph, LoadedRobot]:
+    """Returns a plant with the robot alone, and what has its shapes."""
+    plant, scene_graph = trial_plant()
+    robot = replace(config, geometry=geometry).load(plant)
+    plant.Finalize()
+    return plant, scene_graph, robot
+
+
+def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
+    """Puts what is proposed into a scenario."""
+    scenario.start = StartConfig(position=None, posture=proposal.posture.tolist())
+    scenario.impedance = proposal.impedance
+    there = proposal.displacement
+    if there.any():
+        scenario.segments = [
+            MotionSegment(_OUT, there, name="out"),
+            MotionSegment(_BACK, -there, name="back"),
+        ]
+    if proposal.push.any():
+        begin = _BEFORE_PUSH + sum(segment.duration for segment in scenario.segments)
+        scenario.external = WrenchRamp(force=proposal.push, start=begin)
+    scenario.segments.append(MotionSegment(_PUSHED, name="pushed"))
+    scenario.sensor.inertial_load = "plant"
+
+
+def describe(own: OwnRobot) -> str:
+    """Returns what there is in a robot's file and what is proposed, as lines for people."""
+    arms, chosen = own.survey.arms, own.robot.end_effector
+    others = [name for arm in arms for name in (arm.end_effector, *arm.others) if name != chosen]
+    lines = [
+        f"{own.survey.file.name}: {own.mass:.3g} kg move on {len(own.joints)} joints, "
+        f"{_list(own.joints)}",
+        f"frames: {_list(own.survey.frames)}",
+        f"end effector: {chosen}; six joints also move: {_list(others)}",
+        f"changed: {'; '.join(own.changes) or 'nothing'}",
+    ]
+    if len(arms) > 1:
+        ends = [f"{arm.end_effector} ({len(arm.joints)} joints)" for arm in arms]
+        lines.insert(2, f"arms by their end effectors: {_list(ends)}")
+    move, push = own.scenario.segments[0].displacement, own.scenario.external
+    pushed = (
+        f"pushed down by {-push.force[2]:g} N" if push is not None else "no push that it could bear"
+    )
+    lines.append(f"motion: by {move.tolist()} m and back, then {pushed}")
+    for part, units in _UNITS.items():
+        names = ("mass", "damping", "stiffness")
+        gains = zip(names, own.scenario.impedance.gains(part), units, strict=True)
+        lines.append(f"{part}: " + ", ".join(f"{n} {K[0, 0]:g} {unit}" for n, K, unit in gains))
+    return "\n".join(lines)
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def said_of(build: Callable[..., object], scenario: Any) -> tuple[list[str], list[str]]:
+    """Builds a scenario's diagram; returns what Drake's log reports, and what it warns of.
+
+    Args:
+        build: makes the set-up of a scenario, as an experiment's.
+        scenario: for it; its open fields are filled in.
+
+    Raises:
+        GeoimpError: the scenario cannot be used.
+    """
+    with _heard() as (reports, warnings):
+        build(scenario)
+    return list(reports), list(warnings)
+
+
+@contextlib.contextmanager
+def _heard() -> Iterator[tuple[dict[str, None], dict[str, None]]]:
+    """Keeps Drake's log from being seen; yields its reports and warnings, each text once."""
+    reports: dict[str, None] = {}
+    warnings: dict[str, None] = {}
+
+    def gather(record: logging.LogRecord) -> bool:
+        said = warnings if record.levelno >= logging.WARNING else reports
+        said[record.getMessage()] = None
+        return False
+
+    _log.addFilter(gather)
+    try:
+        yield reports, warnings
+    finally:
+        _log.removeFilter(gather)

@@ -1,0 +1,53 @@
+"""What `geoimp init --robot` and `geoimp check` print and write."""
+
+from pathlib import Path
+from typing import Any
+
+from geoimp_drake.diagrams.setups.own_robot import (
+    WITH_SHAPES,
+    OwnRobot,
+    describe,
+    propose_scenario,
+    said_of,
+)
+from geoimp_drake.diagrams.setups.single_arm import build_single_arm
+from geoimp_drake.scenario.template import check_new, write_template
+
+__all__ = ["check_robot", "check_scenario", "init_robot"]
+
+
+def init_robot(robot: Path, end_effector: str | None, file: Path) -> None:
+    """Writes a scenario for a robot; what is printed of the robot is at its top, too."""
+    check_new(file)
+    own = propose_scenario(robot, end_effector)
+    says = describe(own)
+    _print([says, ""], _warnings(own))
+    own.robot.file = _seen_from(file, robot)
+    write_template(file, own.scenario, says)
+
+
+def check_robot(file: Path, end_effector: str | None) -> None:
+    """Prints what there is in a robot's file, and what is to be warned of, all shapes included."""
+    own = propose_scenario(file, end_effector, WITH_SHAPES)
+    _print([describe(own), ""], _warnings(own))
+
+
+def check_scenario(experiment: Any, scenario: Any) -> None:
+    """Prints what is reported while a scenario is built, and what is warned of."""
+    _print(*said_of(experiment.build, scenario))
+
+
+def _warnings(own: OwnRobot) -> list[str]:
+    _, warnings = said_of(build_single_arm, own.scenario)
+    return [own.problem, *warnings] if own.problem else warnings
+
+
+def _print(reports: list[str], warnings: list[str]) -> None:
+    said = [*reports, *(f"warning: {text}" for text in warnings)]
+    print("\n".join(said if warnings else [*said, "nothing to warn of"]))
+
+
+def _seen_from(scenario: Path, file: Path) -> str:
+    """Returns the path of a file as a scenario names it: from its folder, if the file is below."""
+    folder, file = scenario.absolute().parent.resolve(), file.resolve()
+    return str(file.relative_to(folder) if file.is_relative_to(folder) else file)
