@@ -23,11 +23,13 @@ class Description:
         file: where it was read.
         root: its XML.
         changes: what has been done to it, for people.
+        aliases: names that have been changed, as the user may still write them.
     """
 
     file: Path
     root: ET.Element
     changes: list[str] = field(default_factory=list)
+    aliases: dict[str, str] = field(default_factory=dict)
 
     @property
     def format(self) -> str:
@@ -47,6 +49,10 @@ class Description:
             # What was added since has no place of its own: that of what is before it.
             place = place_of(element) or place
         return place
+
+    def called(self, name: str | None) -> str | None:
+        """Returns what the user's name of a link, joint or frame is here."""
+        return None if name is None else self.aliases.get(name, name)
 
     def take_out_followers(self) -> set[str]:
         """Takes the coupling of joints to others out; returns the joints that followed others."""

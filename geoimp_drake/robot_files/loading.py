@@ -227,7 +227,7 @@ class _Recipe:
         first.lock_others(others)
         placed = []
         for hand, arm in zip(self.end_effectors, arms, strict=True):
-            sensor, own = arm.sensor_joint(hand.sensor_joint), instance
+            sensor, own = arm.sensor_joint(self.description.called(hand.sensor_joint)), instance
             if self.arms:
                 own = arm.split_off(self.arms[hand.frame])
             arm.add_actuators(self.drives)

@@ -63,6 +63,7 @@ def find_frame(
     Raises:
         ModelError: there is none of that name; those that there are are listed.
     """
+    name = description.aliases.get(name, name)
     _add_sites(description, plant, instance)
     if not plant.HasFrameNamed(name, instance):
         raise ModelError(str(unknown_name(name, "frame", _frame_names(plant, instance))))

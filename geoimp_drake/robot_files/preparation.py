@@ -16,6 +16,8 @@ from geoimp_drake.robot_files.mjcf import expand_frames
 from geoimp_drake.robot_files.numbers import check_numbers
 from geoimp_drake.robot_files.parsing import parse, trial_plant
 from geoimp_drake.robot_files.repair import repair
+from geoimp_drake.robot_files.sdf_includes import inline_models
+from geoimp_drake.robot_files.sdf_nesting import flatten_models
 
 __all__ = ["Prepared", "prepare"]
 
@@ -52,6 +54,9 @@ def prepare(
         ModelError: a mass is negative, or an inertia infinite.
     """
     description = read_description(file)
+    if description.format == "sdf":
+        inline_models(description.root, file, packages)
+        flatten_models(description)
     check_numbers(description)
     expand_frames(description)
     repair(description)
