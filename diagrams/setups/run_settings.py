@@ -33,7 +33,7 @@ class RunSettings:
     plant: MultibodyPlantConfig = field(
         default_factory=lambda: MultibodyPlantConfig(
             time_step=1e-3,
-            contact_model="hydroelastic",
+            contact_model="hydroelastic_with_fallback",
             discrete_contact_approximation="sap",
         )
     )

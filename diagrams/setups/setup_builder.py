@@ -13,11 +13,12 @@ from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.robot_files.collision_filters import filter_neighbours
 from geoimp_drake.robot_files.preflight import warn_before_run
 from geoimp_drake.simulation.live import add_live_controls
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
-from geoimp_drake.simulation.visualization import add_visualization
+from geoimp_drake.simulation.visualization import add_visualization, frame_models
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 from geoimp_drake.typing import Array
@@ -65,6 +66,7 @@ class SetupBuilder(Generic[Models]):
         self.builder = DiagramBuilder()
         self.plant, self._scene_graph = AddMultibodyPlant(scenario.plant, self.builder)
         self.models = add_models(self.plant)
+        filter_neighbours(self.plant, self._scene_graph)
         self.recorder = Recorder(self.builder, scenario.log_period)
         self.is_logged = logged or meshcat is not None
 
@@ -130,6 +132,11 @@ class SetupBuilder(Generic[Models]):
             add_live_controls(
                 self.builder, self._meshcat, self.plant, controller, pushed, push=push
             )
+
+    def frame_models(self) -> None:
+        """Has Meshcat's camera look at what is there instead of where the cell's arm would be."""
+        if self._meshcat is not None:
+            frame_models(self._meshcat, self.plant, self._scene_graph)
 
     def build(self, events: Sequence[Event] = ()) -> Setup:
         """Returns the set-up; `events` happen to its diagram from outside on the way."""

@@ -61,6 +61,8 @@ def build_single_arm(
         hand.record(setup.builder, setup.recorder, plant)
     setup.record_surface(scenario.surface, np.zeros(3))
     setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
+    if scenario.robot is not None:
+        setup.frame_models()
     return setup.build()
 
 

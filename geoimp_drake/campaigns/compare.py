@@ -11,7 +11,12 @@ from matplotlib.figure import Figure
 from geoimp_drake.output_folder import FileWriter, check_entries
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.experiment import RUN_FILES, run_experiment
-from geoimp_drake.simulation.style import figure_files, figure_style, write_figure
+from geoimp_drake.simulation.style import (
+    figure_files,
+    figure_style,
+    keep_noise_small,
+    write_figure,
+)
 from geoimp_drake.typing import Array
 
 __all__ = ["COMPARISON_FILES", "Runs", "compare_families", "compare_runs", "comparison_figure"]
@@ -121,6 +126,7 @@ def comparison_figure(
             axes.set_ylabel(label)
             axes.set_xlabel("time [s]")
             axes.set_xlim(left=0.0)
+            keep_noise_small(axes)
             axes.set_ylim(bottom=0.0)
         axes.legend(loc="best")
         figure.suptitle(f"{name}: {kind} compared")

@@ -25,10 +25,12 @@ from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.drive import Drive
 from geoimp_drake.robot_files.joints import joint_between, locked_pose
 
-__all__ = ["SENSOR_JOINT", "ArmAssembly"]
+__all__ = ["MOUNTING", "SENSOR_JOINT", "ArmAssembly"]
 
 # Name of the weld that is put where the robot has none.
 SENSOR_JOINT = "wrist_sensor"
+# What is added to that name for the massless body between a joint and the link that is cut off it.
+MOUNTING = "_mounting"
 
 
 class ArmAssembly:
@@ -222,7 +224,7 @@ class ArmAssembly:
         name = SENSOR_JOINT
         if self._plant.HasJointNamed(name, robot):
             name = f"{SENSOR_JOINT}_{joint.name()}"
-        mounting = self._plant.AddRigidBody(f"{name}_mounting", robot, SpatialInertia.Zero())
+        mounting = self._plant.AddRigidBody(f"{name}{MOUNTING}", robot, SpatialInertia.Zero())
         X_LC = joint.frame_on_child().GetFixedPoseInBodyFrame()
         C = self._frame(f"{name}_{joint.name()}", mounting, X_LC)
         self.changes.append(f"wrist sensor put between joint {joint.name()} and link {link.name()}")

@@ -1,11 +1,15 @@
-"""Pairs of links between which no contact is looked for, written into a robot's description."""
+"""Pairs of links between which no contact is looked for, as in a robot's file."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
+from pydrake.geometry import CollisionFilterDeclaration, SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+
+from geoimp_drake.robot_files.assembly import MOUNTING
 from geoimp_drake.robot_files.description import Description
 
-__all__ = ["filter_collisions"]
+__all__ = ["filter_collisions", "filter_neighbours"]
 
 
 def filter_collisions(description: Description, pairs: Iterable[tuple[str, str]]) -> None:
@@ -35,3 +39,24 @@ def _entry(group: ET.Element, tag: str, format: str, **attribute: str) -> None:
     entry = ET.SubElement(group, tag, attribute if format == "urdf" else {})
     if format == "sdf":
         (entry.text,) = attribute.values()
+
+
+def filter_neighbours(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Filters collisions of links that were cut off, and of what they hold, from their neighbours.
+
+    `load_robot` has done so for the shapes of the file; this is for those that were added to the
+    links afterwards.
+
+    Args:
+        plant: finalized.
+        scene_graph: has its shapes.
+    """
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    inboard = {joint.child_body().index(): joint.parent_body() for joint in joints}
+    if plant.get_adjacent_bodies_collision_filters():
+        for weld in joints:
+            if weld.parent_body().name() == f"{weld.name()}{MOUNTING}":
+                pair = inboard[weld.parent_body().index()], weld.child_body()
+                shapes = [plant.CollectRegisteredGeometries([body]) for body in pair]
+                neighbours = CollisionFilterDeclaration().ExcludeBetween(*shapes)
+                scene_graph.collision_filter_manager().Apply(neighbours)

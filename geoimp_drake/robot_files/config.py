@@ -31,7 +31,7 @@ class RobotConfig:
     sensor_joint: str | None = None  # a fixed joint; otherwise one is found or put there
     # Folders of package:// names.
     packages: dict[str, str] = field(default_factory=dict, metadata=PATH)
-    geometry: str = "convert"  # or keep, leave-out
+    geometry: str = "visual"  # looks only; with collision: convert, keep; or leave-out
     inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))

@@ -13,7 +13,7 @@ from geoimp_drake.robot_files.packages import resolve
 __all__ = ["GEOMETRY", "leave_out_geometry", "place_meshes", "place_textures"]
 
 # What is done with a robot's shapes.
-GEOMETRY = ("convert", "keep", "leave-out")
+GEOMETRY = ("visual", "convert", "keep", "leave-out")
 
 
 def place_meshes(
@@ -35,12 +35,13 @@ def place_meshes(
         ConfigurationError: a mesh or its package is missing, or a mesh cannot be converted.
     """
     folder = _mesh_folder(description)
-    converted = set()
+    converted: dict[Path, Path] = {}
     for holder, key in _meshes(description):
         mesh = resolve(_address(holder, key), description.file, packages, folder)
         if convert and not is_read_by_drake(mesh):
-            converted.add(mesh)
-            mesh = convert_mesh(mesh, cache)
+            if mesh not in converted:
+                converted[mesh] = convert_mesh(mesh, cache)
+            mesh = converted[mesh]
         _set_address(holder, key, mesh)
     if converted:
         kinds = ", ".join(sorted({mesh.suffix.lstrip(".").upper() for mesh in converted}))

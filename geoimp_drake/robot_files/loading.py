@@ -134,8 +134,9 @@ def load_robot(
         base_pose: X_WB, of the robot's root (or of the file's world); identity by default.
         packages: folders of `package://` names; others are looked for above and beside the file
             and in ROS_PACKAGE_PATH.
-        geometry: `convert` meshes that Drake does not read, `keep` them as they are, or
-            `leave-out` all shapes; links that have their inertia from shapes keep that.
+        geometry: `convert` meshes that Drake does not read; the same for looks only, so that the
+            robot touches nothing (`visual`); `keep` meshes as they are; or `leave-out` all shapes.
+            Links that have their inertia from shapes keep that.
         inertia: what is done where no body can have the one in the file. The nearest takes its
             place if the link does not move or is beside the arm, or is off by 1 % at most.
             `check` refuses the others, `repair` replaces them, too.

@@ -1,15 +1,20 @@
 """Meshes that Drake does not read (STL, COLLADA and others), converted once and kept."""
 
 import hashlib
-import os
+import shutil
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
 
 __all__ = ["convert_mesh", "is_read_by_drake", "mesh_cache"]
 
 _READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
+_OBJ, _MTL = "mesh.obj", "mesh.mtl"
 
 
 def is_read_by_drake(mesh: Path) -> bool:
@@ -33,27 +38,29 @@ def mesh_cache() -> Path:
 def convert_mesh(mesh: Path, cache: Path | None = None) -> Path:
     """Returns the Wavefront OBJ of a mesh, in metres; converts it unless that has been done before.
 
-    As in ROS, a file's unit is respected and its declaration of which axis points up is not.
+    As in ROS, a file's unit is respected and its declaration of which axis points up is not. Its
+    materials, textures among them, are in an MTL file beside the OBJ.
 
     Args:
         mesh: of any format that trimesh reads.
-        cache: folder for the result, which is named after the mesh's content; by default one of
-            the user's, see `mesh_cache`.
+        cache: folder for the results, one folder each, which is named after the mesh's content; by
+            default one of the user's, see `mesh_cache`.
 
     Raises:
         ConfigurationError: it cannot be read, it is empty, or the extra `robots` is missing.
     """
-    folder = cache or mesh_cache()
-    target = folder / f"{hashlib.sha256(mesh.read_bytes()).hexdigest()}.obj"
-    if not target.is_file():
-        _write(_as_obj(mesh), target)
-    return target.resolve()
+    folder = (cache or mesh_cache()) / hashlib.sha256(mesh.read_bytes()).hexdigest()
+    if not folder.is_dir():
+        _write(_as_obj(mesh), folder)
+    return (folder / _OBJ).resolve()
 
 
-def _as_obj(mesh: Path) -> str:
+def _as_obj(mesh: Path) -> dict[str, bytes]:
+    """Returns the files that a mesh becomes, by name."""
     try:
         import collada  # noqa: F401  (trimesh reads COLLADA through it)
         import trimesh
+        from trimesh.exchange.obj import export_obj
     except ImportError as error:
         raise _missing(error) from None
     # What its many readers raise is not one kind of exception.
@@ -61,28 +68,56 @@ def _as_obj(mesh: Path) -> str:
         scene = trimesh.load_scene(mesh)
         if scene.units not in (None, "meters"):
             scene = scene.convert_units("meters")
-        surface = scene.to_mesh()
+        _as_materials(scene.geometry.values())
+        text, beside = export_obj(scene, include_color=False, return_texture=True, mtl_name=_MTL)
+        is_empty = not any(len(part.faces) for part in scene.dump())
     except Exception as error:
         raise ConfigurationError(
             f"The mesh {mesh} cannot be read: {error or type(error).__name__}. Repair it, or leave "
             f"the geometry out with geometry 'leave-out'."
         ) from error
-    if len(surface.faces) == 0:
+    if is_empty:
         raise ConfigurationError(
             f"The mesh {mesh} has no triangles. Repair it, or leave the geometry out with geometry "
             f"'leave-out'."
         )
-    return str(surface.export(file_type="obj", include_color=False, include_texture=False))
+    # Drake reads an OBJ of one object.
+    lines = [line for line in text.splitlines() if not line.startswith("o ")]
+    return {_OBJ: "\n".join([*lines, ""]).encode(), **beside}
 
 
-def _write(text: str, target: Path) -> None:
-    """Writes under another name first: another process may want the same mesh."""
+def _as_materials(parts: Iterable[Any]) -> None:
+    """Gives the parts of a mesh such materials as an MTL file can have.
+
+    Of colours of vertices or faces it is the commonest; a texture is not darkened.
+    """
+    from trimesh.visual import TextureVisuals
+    from trimesh.visual.material import PBRMaterial, SimpleMaterial
+
+    for part in parts:
+        visual = part.visual
+        if visual.kind in ("vertex", "face"):
+            part.visual = TextureVisuals(material=SimpleMaterial(diffuse=visual.main_color))
+        elif isinstance(getattr(visual, "material", None), PBRMaterial):
+            simple = visual.material.to_simple()
+            if simple.image is not None and visual.material.baseColorFactor is None:
+                simple.diffuse = np.full(4, 255, dtype=np.uint8)
+            visual.material = simple
+
+
+def _write(files: dict[str, bytes], target: Path) -> None:
+    """Writes a folder under another name first: another process may want the same mesh."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, partial = tempfile.mkstemp(dir=target.parent, suffix=".part")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(partial, target)
+        partial = Path(tempfile.mkdtemp(dir=target.parent, suffix=".part"))
+        for name, content in files.items():
+            (partial / name).write_bytes(content)
+        try:
+            partial.rename(target)
+        except OSError:
+            shutil.rmtree(partial)
+            if not target.is_dir():
+                raise
     except OSError as error:
         raise ConfigurationError(
             f"The converted mesh {target} cannot be written: {error.strerror}. Give another folder "

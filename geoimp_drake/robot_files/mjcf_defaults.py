@@ -73,6 +73,5 @@ def _below(
     for child in place:
         if child.tag == tag and bodies:
             yield child, bodies, childclass
-        if child.tag in ("body", "frame"):
-            inner = [*bodies, child] if child.tag == "body" else bodies
-            yield from _below(child, tag, inner, child.get("childclass", childclass))
+        if child.tag == "body":
+            yield from _below(child, tag, [*bodies, child], child.get("childclass", childclass))

@@ -1,6 +1,6 @@
 """A robot's file as a description that Drake reads: what is done before a plant has it."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from geoimp_drake.robot_files.geometry import leave_out_geometry, place_meshes, 
 from geoimp_drake.robot_files.inertia import DENSITY, inertia_of_shapes, links_of_shapes
 from geoimp_drake.robot_files.inertia_repair import InertiaFault, repair_inertias
 from geoimp_drake.robot_files.inertial_elements import set_inertia
+from geoimp_drake.robot_files.looks import keep_looks_only
 from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.mjcf import expand_frames
 from geoimp_drake.robot_files.numbers import check_numbers
@@ -20,6 +21,12 @@ from geoimp_drake.robot_files.sdf_includes import inline_models
 from geoimp_drake.robot_files.sdf_nesting import flatten_models
 
 __all__ = ["Prepared", "prepare"]
+
+# Ways with geometry that take shapes out, but for those of some links, and what is said of it.
+_TAKEN_OUT: dict[str, tuple[Callable[[Description, Collection[str]], None], str]] = {
+    "leave-out": (leave_out_geometry, "geometry left out"),
+    "visual": (keep_looks_only, "shapes for looks only, without collision"),
+}
 
 
 class Prepared(NamedTuple):
@@ -63,16 +70,16 @@ def prepare(
     faults = repair_inertias(description)
     drives = take_out_drives(description)
     followers = description.take_out_followers()
-    bare = geometry == "leave-out"
-    of_shapes = links_of_shapes(description) if bare or description.format == "urdf" else []
-    if bare:
-        leave_out_geometry(description, but=of_shapes)
+    take_out, said = _TAKEN_OUT.get(geometry, (None, ""))
+    of_shapes = links_of_shapes(description) if take_out or description.format == "urdf" else []
+    if take_out is not None:
+        take_out(description, of_shapes)
     place_meshes(description, packages, convert=geometry != "keep", cache=cache)
     place_textures(description, packages)
     _give_inertias(description, of_shapes)
-    if bare:
-        leave_out_geometry(description)
-        description.changes.append("geometry left out")
+    if take_out is not None:
+        take_out(description, ())
+        description.changes.append(said)
     return Prepared(description, drives, followers, faults)
 
 

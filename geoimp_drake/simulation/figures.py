@@ -6,7 +6,12 @@ from typing import Literal
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from geoimp_drake.simulation.style import AXIS_STYLES, figure_style, shade_phases
+from geoimp_drake.simulation.style import (
+    AXIS_STYLES,
+    figure_style,
+    keep_noise_small,
+    shade_phases,
+)
 from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.typing import Array
 
@@ -79,7 +84,7 @@ def panels_figure(
         arm: its name in the log.
         panels: title, label of the axis with its unit, values (N×3, or N for one curve), and what
             the axis must at least show, so that noise does not look like a signal: of one curve
-            from zero up, of three to both sides; None leaves the axis free.
+            from zero up, of three to both sides; by default the floor of its unit.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """
@@ -109,6 +114,7 @@ def _plot_scalar(
     _limit_time(axes, t)
     if least is not None:
         axes.set_ylim(0.0, max(1.05 * values.max(), least))
+    keep_noise_small(axes)
 
 
 def _plot_components(
@@ -130,6 +136,7 @@ def _plot_components(
     if least is not None:
         low, high = axes.get_ylim()
         axes.set_ylim(min(low, -least), max(high, least))
+    keep_noise_small(axes)
     axes.legend(loc=legend, ncols=3, handlelength=2.5)
 
 

@@ -11,7 +11,14 @@ from matplotlib.figure import Figure
 
 from geoimp_drake.output_folder import FileWriter
 
-__all__ = ["AXIS_STYLES", "figure_files", "figure_style", "shade_phases", "write_figure"]
+__all__ = [
+    "AXIS_STYLES",
+    "figure_files",
+    "figure_style",
+    "keep_noise_small",
+    "shade_phases",
+    "write_figure",
+]
 
 # By the kind of a figure's file its metadata: without a date, so that bytes repeat.
 _KINDS: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}}
@@ -25,6 +32,8 @@ AXIS_STYLES: tuple[dict[str, Any], ...] = (
 _PHASE_COLOURS = ("#00000008", "#00000014")
 # How much higher an axis becomes for upright names, so that they stand above the curves.
 _ROOM = 1.2
+# Half of the least range that an axis shows, by the unit in its label.
+_FLOORS = {"mm": 0.01, "m": 1e-5, "N": 0.1, "Nm": 0.01, "rad": 1e-3, "rad²": 1e-6, "-": 1e-3}
 
 
 def figure_style() -> AbstractContextManager[None]:
@@ -44,6 +53,15 @@ def write_figure(writer: FileWriter, name: str, figure: Figure) -> None:
             buffer = io.BytesIO()
             figure.savefig(buffer, format=kind, metadata=metadata)
             writer.write(f"{name}.{kind}", buffer.getvalue())
+
+
+def keep_noise_small(axes: Axes) -> None:
+    """Widens the range of an axis until what is below its quantity's floor looks like nothing."""
+    unit = axes.get_ylabel().rpartition("[")[2].rstrip("]")
+    low, high = axes.get_ylim()
+    floor, middle = _FLOORS.get(unit, 0.0), (low + high) / 2
+    if high - low < 2 * floor:
+        axes.set_ylim(middle - floor, middle + floor)
 
 
 def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:

@@ -1,5 +1,6 @@
 """What Meshcat shows besides the models: contact patches, the frames D, C, E and the wrench."""
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -12,10 +13,12 @@ from pydrake.geometry import (
     Rgba,
     Role,
     SceneGraph,
+    SceneGraphInspector,
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
@@ -23,7 +26,7 @@ from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
-__all__ = ["FrameTriads", "WrenchArrow", "add_visualization", "frame_period"]
+__all__ = ["FrameTriads", "WrenchArrow", "add_visualization", "frame_models", "frame_period"]
 
 _PERIOD = 1 / 32  # [s]; of frames at least
 _AXIS_COLOURS = (Rgba(0.84, 0.15, 0.16), Rgba(0.17, 0.63, 0.17), Rgba(0.12, 0.47, 0.71))
@@ -36,6 +39,9 @@ _TRIAD_SIZES = {"D": (0.16, 0.0025), "C": (0.13, 0.004), "E": (0.10, 0.006), "O"
 _FORCE_SCALE, _MOMENT_SCALE = 0.005, 0.05  # [m/N, m/Nm]
 _FORCE_COLOUR, _MOMENT_COLOUR = Rgba(0.9, 0.62, 0.0), Rgba(0.8, 0.47, 0.65)
 _SMALLEST_ARROW = 1e-3  # [m]
+_SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T  # of a box's corners (3×8)
+# From where models are seen, and from how many of their radii: Meshcat shows ±37.5°.
+_VIEW_FROM, _VIEW_DISTANCE = np.array([0.68, -0.68, 0.28]), 1.6
 
 
 def add_visualization(
@@ -92,6 +98,34 @@ def frame_period(step: float) -> float:
     while period < _PERIOD:
         period *= 2.0
     return period
+
+
+def frame_models(meshcat: Meshcat, plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Places Meshcat's camera so that all bodies but the world fill the view.
+
+    Args:
+        meshcat: whose camera it is.
+        plant: finalized; its default positions are looked at.
+        scene_graph: has the bodies' shapes.
+    """
+    corners = _corners(plant, scene_graph.model_inspector())
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    meshcat.SetCameraPose(middle + _VIEW_DISTANCE * max(radius, 0.1) * _VIEW_FROM, middle)
+
+
+def _corners(plant: MultibodyPlant, inspector: SceneGraphInspector) -> Array:
+    """Returns the origins of all bodies in W, and the corners of boxes around their shapes."""
+    context, corners = plant.CreateDefaultContext(), []
+    for body in (plant.get_body(BodyIndex(k)) for k in range(1, plant.num_bodies())):
+        X_WB = plant.EvalBodyPoseInWorld(context, body)
+        corners.append(X_WB.translation()[np.newaxis])
+        for shape in plant.GetVisualGeometriesForBody(body):
+            if (box := inspector.GetObbInGeometryFrame(shape)) is not None:
+                p_OCs = box.half_width()[:, np.newaxis] * _SIGNS
+                X_WO = X_WB @ inspector.GetPoseInFrame(shape) @ box.pose()
+                corners.append((X_WO @ p_OCs).T)
+    return np.concatenate(corners)
 
 
 class FrameTriads(Block):

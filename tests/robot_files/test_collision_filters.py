@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import pytest
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import SceneGraph, Sphere
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
+from geoimp_drake.robot_files.collision_filters import filter_neighbours
 from geoimp_drake.robot_files.loading import load_robot
 
 CASES = Path(__file__).parent / "cases"
@@ -64,6 +66,10 @@ def mjcf() -> str:
 def candidates(plant: MultibodyPlant, scene_graph: SceneGraph) -> set[frozenset[str]]:
     """Returns the links, in pairs, between which Drake looks for contact."""
     plant.Finalize()
+    return links_that_may_touch(plant, scene_graph)
+
+
+def links_that_may_touch(plant: MultibodyPlant, scene_graph: SceneGraph) -> set[frozenset[str]]:
     inspector = scene_graph.model_inspector()
 
     def link(geometry) -> str:
@@ -98,6 +104,21 @@ def test_links_are_filtered_as_in_the_file(tmp_path, text, suffix, end_effector)
 
 def test_a_link_that_is_cut_does_not_touch_its_neighbour():
     assert before_and_after(CASES / "six_touching.urdf", "l6") == (set(), set())
+
+
+def test_what_is_added_to_a_cut_link_does_not_touch_its_neighbour_either():
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    load_robot(CASES / "spheres.urdf", plant, end_effector="l6")
+    hand = plant.GetBodyByName("l6")
+    for k, friction in enumerate((0.5, 0.6)):
+        X_BG = RigidTransform([0.0, 0.0, 0.1 * k])
+        plant.RegisterCollisionGeometry(
+            hand, X_BG, Sphere(0.1), f"tool_{k}", CoulombFriction(friction, friction)
+        )
+    found = candidates(plant, scene_graph)
+    assert frozenset({"l5", "l6"}) in found
+    filter_neighbours(plant, scene_graph)
+    assert found - links_that_may_touch(plant, scene_graph) == {frozenset({"l5", "l6"})}
 
 
 def test_a_plant_that_filters_no_neighbours_keeps_to_that(tmp_path):

@@ -1,10 +1,14 @@
 """A robot of one's own without Python: in a scenario's YAML."""
 
+from pathlib import Path
+
 import numpy as np
 from published_arms import RosArm
 
 from geoimp_drake.cli import main
 from geoimp_drake.systems.frame_motion import POSITION
+
+CASES = Path(__file__).parent / "cases"
 
 PRESSED = """
 experiment: custom
@@ -40,6 +44,17 @@ def test_a_robot_of_ones_own_in_the_file(tmp_path, capsys):
     repeated = np.load(again / "log.npz")
     for key in log:
         np.testing.assert_array_equal(log[key], repeated[key])
+
+
+def test_a_robot_with_collision_stands_beside_a_surface(tmp_path):
+    """Spheres have no hydroelastic contact; near the hand's disk they touch as points."""
+    file = tmp_path / "mine.yaml"
+    text = PRESSED.format(file=CASES / "spheres.urdf").replace("[0.1, 0, 0]", "[0, 0, 0.1]")
+    text = text.replace("tool0,", "l6, geometry: convert,").replace("1.5", "0.02")
+    file.write_text(text + "surface: { point: [0.6, 0, 0.1] }\n")
+    arguments = ["--out", str(tmp_path / "out"), "--no-figures"]
+    assert main(["run", "--scenario", str(file), *arguments]) == 0
+    np.testing.assert_allclose(np.load(tmp_path / "out" / "log.npz")["t"][-1], 0.02)
 
 
 def test_a_robot_file_that_is_not_there_is_named(tmp_path, capsys):

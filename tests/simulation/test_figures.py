@@ -14,8 +14,8 @@ T = np.linspace(0.0, 1.0, 50)
 NOISE = 1e-15 * np.random.default_rng(0).standard_normal((50, 3))
 
 
-def limits(values: np.ndarray, least: float | None) -> tuple[float, float]:
-    panel = ("force", "f [N]", values, least)
+def limits(values: np.ndarray, least: float | None, label: str = "f [N]") -> tuple[float, float]:
+    panel = ("signal", label, values, least)
     (axes,) = panels_figure({"t": T}, "arm", [panel], "title", []).axes
     return axes.get_ylim()
 
@@ -25,8 +25,34 @@ def limits(values: np.ndarray, least: float | None) -> tuple[float, float]:
 )
 def test_noise_does_not_look_like_a_signal(values: np.ndarray, expected: tuple) -> None:
     assert limits(values, 2.0) == expected
-    low, high = limits(values, None)
-    assert max(abs(low), abs(high)) < 1e-13
+    # By default a force's floor holds.
+    np.testing.assert_allclose(limits(values, None), (-0.1, 0.1), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("label", "floor"),
+    [("Δp_dc [mm]", 0.01), ("μ [Nm]", 0.01), ("φ_dc [rad]", 1e-3), ("ᶜε_dc [-]", 1e-3)],
+)
+def test_each_quantity_has_a_floor(label: str, floor: float) -> None:
+    np.testing.assert_allclose(limits(NOISE, None, label), (-floor, floor), atol=1e-9)
+    low, high = limits(10 * floor + 0.1 * floor * NOISE / np.abs(NOISE).max(), None, label)
+    np.testing.assert_allclose((low, high), (9 * floor, 11 * floor), rtol=0.05)
+
+
+def test_the_figure_of_ones_own_experiment_has_floors_too() -> None:
+    rest = np.zeros((50, 19))
+    log = {
+        "t": T,
+        "arm/motion_D": rest,
+        "arm/motion_C": rest,
+        "arm/wrench": np.hstack((NOISE, NOISE)),
+    }
+    log["arm/motion_C"] = rest + NOISE[:, :1]
+    figure = interaction_figure(
+        log, "arm", NOISE, title="still", orientation_label="ᶜε_dc [-]", phases=[]
+    )
+    spans = [np.ptp(axes.get_ylim()) for axes in figure.axes]
+    np.testing.assert_allclose(spans, [0.02, 0.002, 0.2, 0.02], rtol=1e-6)
 
 
 def test_a_signal_is_shown_whole() -> None:
