@@ -9,6 +9,7 @@ __all__ = [
     "GeoimpError",
     "ModelError",
     "OutOfDomainError",
+    "OutputError",
     "SignalError",
     "SingularityError",
     "drake_errors",
@@ -34,6 +35,10 @@ class ConfigurationError(GeoimpError):
     """
 
     key = ""
+
+
+class OutputError(GeoimpError):
+    """Results could not be written, as on a full disk; what was written before is kept."""
 
 
 class ModelError(GeoimpError):

@@ -3,14 +3,49 @@
 Nothing is written through a link that stands in such a folder. The folder itself may be a link.
 """
 
+import os
 import secrets
 import stat
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, OutputError
 
-__all__ = ["FileWriter", "check_entries"]
+__all__ = ["check_entries", "check_file", "check_folder", "write_file", "write_files"]
+
+
+_PROBE = bytes(4096)  # what must at least find room
+
+
+def check_folder(folder: Path, files: Iterable[str] = ()) -> None:
+    """Raises ConfigurationError unless files can be written into a folder; leaves it as it was.
+
+    Args:
+        folder: for results; need not be there.
+        files: their paths in it, see `check_entries`.
+    """
+    existing = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
+    missing = folder.absolute().parts[len(existing.absolute().parts) :]
+    try:
+        with tempfile.TemporaryDirectory(prefix=".", dir=existing) as probe:
+            inner = Path(probe, *(part for part in missing if part != ".."))
+            inner.mkdir(parents=True, exist_ok=True)
+            (inner / "probe").write_bytes(_PROBE)
+    except (OSError, ValueError) as error:
+        where = "" if existing == folder else f"{existing}: "
+        what = _reason(error) if os.path.isdir(existing) else f"{_found(existing)} and no folder"
+        raise ConfigurationError(
+            f"{folder} cannot be written: {where}{what}. Give another folder."
+        ) from None
+    check_entries(folder, files)
+
+
+def check_file(path: Path) -> None:
+    """Raises ConfigurationError unless a file can be written whose folder is there already."""
+    if not os.path.isdir(path.parent):
+        raise ConfigurationError(f"{path} cannot be written: there is no folder {path.parent}.")
+    check_folder(path.parent, [path.name])
 
 
 def check_entries(folder: Path, files: Iterable[str]) -> None:
@@ -37,46 +72,66 @@ def _check_entry(path: Path, *, is_file: bool) -> None:
     if not (stat.S_ISREG(mode) if is_file else stat.S_ISDIR(mode)):
         wanted = "file" if is_file else "folder"
         raise ConfigurationError(
-            f"{path} cannot be written: there is {_kind(mode)} in the place of the {wanted}. Move "
-            f"it away, or name another place."
+            f"{path} cannot be written: it is {_found(path)} in the place of a {wanted}. Move it "
+            f"away, or name another place."
         )
 
 
-def _kind(mode: int) -> str:
-    """Returns what an entry of a folder is, in words."""
+def _found(path: Path) -> str:
+    """Returns what there is at a path, in words."""
     kinds = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a link"}
-    return kinds.get(stat.S_IFMT(mode), "no regular file")
+    return kinds.get(stat.S_IFMT(path.lstat().st_mode), "a pipe or device")
 
 
-class FileWriter:
-    """Writes each file under a name of its own first: a file that is there is whole.
+def write_files(folder: Path, contents: Iterable[tuple[str, bytes | str]]) -> list[Path]:
+    """Writes files, each under a name of its own first: a file that is there is whole.
 
     Args:
         folder: is made if need be.
+        contents: of each file its name and all that it holds, a text in UTF-8; taken one by one.
 
-    Attributes:
-        files: that were written.
+    Returns:
+        The files.
+
+    Raises:
+        OutputError: some could not be written, as on a full disk; the message names them. All
+            others are there.
     """
-
-    def __init__(self, folder: Path):
-        self._folder = folder
-        self.files: list[Path] = []
-
-    def write(self, name: str, content: bytes | str) -> None:
-        """Writes a file with its whole content, a text in UTF-8.
-
-        Raises:
-            ConfigurationError: a link or another thing that is no file stands in its place.
-        """
-        data = content.encode() if isinstance(content, str) else content
-        check_entries(self._folder, [name])
-        self._folder.mkdir(parents=True, exist_ok=True)
-        # Nobody can have put a link under a name that nobody knows, and `x` follows none.
-        part = self._folder / f".{secrets.token_hex(8)}.part"
+    written: list[str] = []
+    failed: dict[str, Exception] = {}
+    for name, content in contents:
         try:
-            with part.open("xb") as file:
-                file.write(data)
-            part.replace(self._folder / name)
-        finally:
-            part.unlink(missing_ok=True)
-        self.files.append(self._folder / name)
+            _write(folder, name, content.encode() if isinstance(content, str) else content)
+        except (OSError, ConfigurationError) as error:
+            failed[name] = error
+        else:
+            written.append(name)
+    if failed:
+        raise OutputError(
+            f"In {folder} could not be written: {', '.join(failed)} "
+            f"({_reason(next(iter(failed.values())))}). Written: {', '.join(written) or 'nothing'}."
+        )
+    return [folder / name for name in written]
+
+
+def write_file(path: Path, content: bytes | str) -> None:
+    """Writes one file as `write_files` does."""
+    write_files(path.parent, [(path.name, content)])
+
+
+def _write(folder: Path, name: str, data: bytes) -> None:
+    check_entries(folder, [name])
+    folder.mkdir(parents=True, exist_ok=True)
+    # Nobody can have put a link under a name that nobody knows, and `x` follows none.
+    part = folder / f".{secrets.token_hex(8)}.part"
+    try:
+        with part.open("xb") as file:
+            file.write(data)
+        part.replace(folder / name)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _reason(error: Exception) -> str:
+    """Returns why something cannot be written, in one line without a full stop."""
+    return str(getattr(error, "strerror", None) or error).rstrip(".")

@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import re
+import signal
 import sys
 from subprocess import PIPE, Popen
 
@@ -13,6 +14,7 @@ import yaml
 from library_tree import PYPROJECT
 
 from geoimp_drake import cli
+from geoimp_drake.cli import commands
 
 SHORT = ("run", "plexiglas", "--duration", "0.05", "--no-figures")
 
@@ -222,17 +224,35 @@ def test_unusable_arguments_end_with_status_2_and_one_line(arguments, message, c
     assert error.count("\n") == 1
 
 
-def test_an_output_folder_that_is_a_file_is_refused(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert run(*SHORT, "--out", str(tmp_path / "file" / "below")) == 2
-    assert re.search("cannot be made.*is a file", capsys.readouterr().err)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_to_end_is_an_interrupt_with_its_name(number, capsys, monkeypatch):
+    cleared = []
+
+    def command(_) -> int:
+        try:
+            os.kill(os.getpid(), number)
+        finally:
+            os.kill(os.getpid(), number)  # once more does not disturb the clearing up
+            cleared.append(True)
+        return 0
+
+    monkeypatch.setattr(commands, "list_experiments", command)
+    assert run("list") == 1
+    assert capsys.readouterr().err == f"geoimp: interrupted by {number.name}\n"
+    assert cleared
+    assert signal.getsignal(number) == signal.SIG_DFL
 
 
-def test_an_output_folder_without_permission_is_refused(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
-    assert run(*SHORT, "--out", str(tmp_path / "out")) == 2
-    assert "cannot be written" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+def test_a_signal_that_is_ignored_stays_so(monkeypatch):
+    monkeypatch.setattr(
+        commands, "list_experiments", lambda _: os.kill(os.getpid(), signal.SIGHUP) or 0
+    )
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        assert run("list") == 0
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_compare_runs_each_family_and_draws_them_together(out, capsys):

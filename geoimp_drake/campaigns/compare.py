@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.output_folder import FileWriter, check_entries
+from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.experiment import RUN_FILES, run_experiment
 from geoimp_drake.simulation.style import (
+    figure_contents,
     figure_files,
     figure_style,
     keep_noise_small,
-    write_figure,
 )
 from geoimp_drake.typing import Array
 
@@ -53,7 +53,7 @@ def compare_families(
         ConfigurationError: a scenario or the folder cannot be used; nothing has been written.
     """
     scenarios = {family: scenario_of(family) for family in families}
-    check_entries(
+    check_folder(
         out, [*(f"{family}/{file}" for family in families for file in RUN_FILES), *COMPARISON_FILES]
     )
     results = {
@@ -96,10 +96,8 @@ def compare_runs(
         "claims": [claim.as_dict() for claim in claims],
     }
     text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
-    writer = FileWriter(out)
-    write_figure(writer, "comparison", comparison_figure(name, comparison, runs, kind))
-    writer.write("comparison.json", text)
-    return claims, writer.files
+    figure = figure_contents("comparison", comparison_figure(name, comparison, runs, kind))
+    return claims, write_files(out, [("comparison.json", text), *figure])
 
 
 def comparison_figure(

@@ -143,7 +143,7 @@ def _local_cluster(jobs: int) -> Iterator[Any]:
 
     with (
         tempfile.TemporaryDirectory(prefix="geoimp-") as folder,
-        dask.config.set(_LOCAL),
+        dask.config.set({**_LOCAL, "temporary-directory": folder}),
         _same_variables(),
         LocalCluster(
             n_workers=jobs,
@@ -153,7 +153,6 @@ def _local_cluster(jobs: int) -> Iterator[Any]:
             security=Security.temporary(),
             dashboard_address="127.0.0.1:0",  # any free port
             scheduler_kwargs={"dashboard": False},
-            local_directory=folder,
             memory_limit=0,
             silence_logs="CRITICAL",
             preload=_IGNORE_INTERRUPTS,

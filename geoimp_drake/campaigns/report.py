@@ -14,7 +14,7 @@ from geoimp_drake.campaigns.reproduction import (
     VariantResult,
 )
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.output_folder import FileWriter
+from geoimp_drake.output_folder import write_file
 from geoimp_drake.simulation.experiment import versions
 
 __all__ = ["REPORT", "check_report", "write_report"]
@@ -57,7 +57,7 @@ def write_report(reproduction: Reproduction, folder: Path) -> None:
         undefined=jinja2.StrictUndefined,
     )
     page = environment.get_template(_TEMPLATE.name).render(_contents(reproduction))
-    FileWriter(folder).write(REPORT, page)
+    write_file(folder / REPORT, page)
 
 
 def _contents(reproduction: Reproduction) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from geoimp_drake.campaigns.report import REPORT, check_report, write_report
 from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
 from geoimp_drake.campaigns.study import Study
 from geoimp_drake.campaigns.study_run import StudyRun, identity_of, is_current, run_study_run
-from geoimp_drake.output_folder import check_entries
+from geoimp_drake.output_folder import check_folder
 from geoimp_drake.scenario.loading import plain_data, read_yaml
 from geoimp_drake.simulation.experiment import RUN_FILES
 from geoimp_drake.simulation.style import figure_files
@@ -67,7 +67,7 @@ def reproduce(
     label = "geoimp reproduce"
     check_jobs(jobs, label)
     check_report(label)
-    check_entries(out, _files(studies))
+    check_folder(out, _files(studies))
     runs = _runs(studies, out.absolute(), duration, seed)
     done = Journal(out / JOURNAL, PLAN).read()
     missing = [

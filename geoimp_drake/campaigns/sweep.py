@@ -19,9 +19,9 @@ from geoimp_drake.campaigns.sweep_figures import peaks_figure, success_map
 from geoimp_drake.campaigns.sweep_plan import Draw, SweepPlan, setting
 from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
 from geoimp_drake.errors import ConfigurationError, GeoimpError
-from geoimp_drake.output_folder import FileWriter, check_entries
+from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import dump_scenario, list_index, plain_data
-from geoimp_drake.simulation.style import figure_files, write_figure
+from geoimp_drake.simulation.style import figure_contents, figure_files
 from geoimp_drake.validation import choice, quoted
 
 __all__ = ["SweepResult", "format_sweep", "run_sweep"]
@@ -76,7 +76,7 @@ def run_sweep(
             written.
     """
     plan.validate()
-    check_entries(out, _FILES)
+    check_folder(out, _FILES)
     map_keys = _map_keys(plan, map_keys)
     data = plain_data(scenario)
     _check_values(experiment, data, plan)
@@ -91,13 +91,14 @@ def run_sweep(
         label="geoimp sweep",
     )
     rows = [_row(draw, finished[str(draw.index)]) for draw in draws]
-    writer = FileWriter(out)
-    writer.write(SCENARIO, dump_scenario(scenario))
-    writer.write("plan.yaml", _dump(plan))
-    writer.write(TABLE, _table(rows))
+    contents: list[tuple[str, bytes | str]] = [
+        (SCENARIO, dump_scenario(scenario)),
+        ("plan.yaml", _dump(plan)),
+        (TABLE, _table(rows)),
+    ]
     for name, figure in _figures(experiment.name, rows, map_keys).items():
-        write_figure(writer, name, figure)
-    return SweepResult(rows, writer.files)
+        contents += figure_contents(name, figure)
+    return SweepResult(rows, write_files(out, contents))
 
 
 def format_sweep(name: str, result: SweepResult, out: Path) -> str:

@@ -1,16 +1,20 @@
 """The command line `geoimp`: experiments are listed, run, compared, swept, timed.
 
-Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simulation failed.
+Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simulation failed, if
+its results could not be written, or if the program was told to end.
 """
 
 import contextlib
 import logging
+import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
+from typing import NoReturn
 
 from geoimp_drake.cli.commands import FAILURE, UNUSABLE
 from geoimp_drake.cli.parser import make_parser
-from geoimp_drake.errors import GeoimpError, ModelError, drake_errors, one_line
+from geoimp_drake.errors import GeoimpError, ModelError, OutputError, drake_errors, one_line
 
 __all__ = ["main"]
 
@@ -19,14 +23,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit status."""
     options = make_parser().parse_args(arguments)
     try:
-        with _log_on_terminal(), drake_errors(ModelError, "Drake", raised=()):
+        with _log_on_terminal(), _signals_interrupt(), drake_errors(ModelError, "Drake", raised=()):
             return int(options.command(options))
     except GeoimpError as error:
         print(f"geoimp: {one_line(error)}", file=sys.stderr)
-        return UNUSABLE
-    except KeyboardInterrupt:
-        print("geoimp: interrupted", file=sys.stderr)
+        return FAILURE if isinstance(error, OutputError) else UNUSABLE
+    except KeyboardInterrupt as interrupt:
+        by = "".join(f" by {name}" for name in interrupt.args)
+        print(f"geoimp: interrupted{by}", file=sys.stderr)
         return FAILURE
+
+
+@contextlib.contextmanager
+def _signals_interrupt() -> Iterator[None]:
+    """Ends the program as Ctrl-C does if it is told to end, or its terminal is closed.
+
+    Python by itself would leave temporary folders and processes behind. What the parent process has
+    set, as nohup does, stays.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ours = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) == signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _interrupt(number: int, _: object) -> NoReturn:
+    signal.signal(number, signal.SIG_IGN)  # again, it would disturb the clearing up
+    raise KeyboardInterrupt(signal.Signals(number).name)
 
 
 @contextlib.contextmanager

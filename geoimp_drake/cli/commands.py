@@ -239,6 +239,7 @@ def _status(failures: Mapping[str, Exception | str]) -> int:
 def bench(options: argparse.Namespace) -> int:
     """Times the closed loop against the bare plant. Returns the exit status."""
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.output_folder import check_file, write_file
     from geoimp_drake.simulation.bench import BenchCase, run_bench
     from geoimp_drake.validation import choice
 
@@ -249,5 +250,10 @@ def bench(options: argparse.Namespace) -> int:
         for name, (experiment, start, real_time) in BENCH_CASES.items()
         if name in (options.only or BENCH_CASES)
     ]
-    print(run_bench(cases, options.json, options.compare))
+    if options.json is not None:
+        check_file(options.json)
+    table, timings = run_bench(cases, options.compare)
+    print(table)
+    if options.json is not None:
+        write_file(options.json, timings)
     return SUCCESS

@@ -1,21 +1,21 @@
 """A scenario as commented YAML, to be edited: each key with what its field's comment says."""
 
 import ast
-import contextlib
 import dataclasses
 import inspect
 import io
+import os
 import textwrap
 import tokenize
 import typing
 from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import yaml
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.output_folder import check_file, write_file
 from geoimp_drake.scenario.loading import plain_data
 from geoimp_drake.validation import field_types, without_optional
 
@@ -38,28 +38,15 @@ def write_template(file: Path, scenario: Any, says: str) -> None:
         f"A key that is left out has its default; an unknown one is refused."
     )
     header = "".join(f"# {line}\n" for line in says.splitlines())
-    with _created(file) as out:
-        out.write(header + commented_yaml(scenario))
+    check_new(file)
+    write_file(file, header + commented_yaml(scenario))
 
 
 def check_new(file: Path) -> None:
-    """Raises ConfigurationError if `write_template` would; tries it and leaves nothing."""
-    with _created(file):
-        file.unlink()
-
-
-@contextlib.contextmanager
-def _created(file: Path) -> Iterator[TextIO]:
-    """Opens a file that is not there yet."""
-    try:
-        with file.open("x", encoding="utf-8") as out:
-            yield out
-    except FileExistsError:
-        raise ConfigurationError(
-            f"{file} is there already; give another name, or remove it first."
-        ) from None
-    except OSError as error:
-        raise ConfigurationError(f"{file} cannot be written: {error.strerror}.") from None
+    """Raises ConfigurationError if `write_template` would."""
+    if os.path.lexists(file):
+        raise ConfigurationError(f"{file} is there already; give another name, or remove it first.")
+    check_file(file)
 
 
 def commented_yaml(scenario: Any) -> str:

@@ -93,15 +93,15 @@ class Timing:
         return 1e6 * self.step / median(getattr(self, loop))
 
 
-def run_bench(
-    cases: Sequence[BenchCase], json_file: Path | None = None, earlier: Path | None = None
-) -> str:
-    """Times closed loops; returns a table, and what became slower since an earlier run.
+def run_bench(cases: Sequence[BenchCase], earlier: Path | None = None) -> tuple[str, str]:
+    """Times closed loops.
 
     Args:
         cases: what is timed.
-        json_file: where the timings are written, None for nowhere.
-        earlier: such a file, None for no comparison.
+        earlier: file with the JSON of an earlier run, None for no comparison.
+
+    Returns:
+        A table, with what became slower since the earlier run, and the timings as JSON.
 
     Raises:
         ConfigurationError: the earlier file cannot be used; nothing has been timed.
@@ -115,10 +115,10 @@ def run_bench(
         "real_time_factor": _real_time_factors(cases, timings, "logged"),
         "real_time_factor_blocks": _real_time_factors(cases, timings, "blocks_logged"),
     }
-    if json_file is not None:
-        json_file.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
     table = format_timings(timings)
-    return table if before is None else f"{table}\n\n{compare_bench(before, data)}"
+    if before is not None:
+        table = f"{table}\n\n{compare_bench(before, data)}"
+    return table, json.dumps(data, indent=2) + "\n"
 
 
 def _real_time_factors(

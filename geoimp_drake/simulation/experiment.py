@@ -3,23 +3,24 @@
 import io
 import json
 import logging
-import os
 import platform
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydrake.geometry import Meshcat
 
 from geoimp_drake.errors import ConfigurationError, GeoimpError, one_line
-from geoimp_drake.output_folder import FileWriter, check_entries
+from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.live import pause_button
 from geoimp_drake.simulation.replay import start_meshcat, stop_listening
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.simulation.style import write_figure
+from geoimp_drake.simulation.style import figure_contents
 from geoimp_drake.typing import Array
 
 __all__ = ["RUN_FILES", "RunResult", "run_experiment", "versions"]
@@ -71,9 +72,9 @@ def run_experiment(
         ConfigurationError: the scenario, the folder or the host cannot be used; nothing has been
             written.
         GeoimpError: the simulation cannot even start; nothing has been written.
+        OutputError: some files could not be written, which are named; the others are there.
     """
-    _check_writable(out)
-    check_entries(out, RUN_FILES)
+    check_folder(out, RUN_FILES)
     meshcat = start_meshcat(*experiment.view, host=host) if html or live else None
     if meshcat is not None and not live:
         stop_listening(meshcat)
@@ -97,18 +98,26 @@ def run_experiment(
         raise _unusable(outcome.failure)
     log = setup.recorder.collect(outcome.context)
     claims = experiment.claims(log, scenario)
-    writer = FileWriter(out)
-    writer.write("log.npz", _as_npz(log))
-    writer.write("scenario.yaml", dump_scenario(scenario))
-    writer.write("metrics.json", _metrics(scenario, claims, outcome.failure))
+    replay = meshcat if html else None
+    result = RunResult(log, claims, [], outcome.failure)
+    result.files = write_files(out, _contents(experiment, scenario, result, figures, replay))
+    return result
+
+
+def _contents(
+    experiment: Any, scenario: Any, result: RunResult, figures: bool, replay: Meshcat | None
+) -> Iterator[tuple[str, bytes | str]]:
+    """Yields the name and the content of each file of a run."""
+    yield "log.npz", _as_npz(result.log)
+    yield "scenario.yaml", dump_scenario(scenario)
+    yield "metrics.json", _metrics(scenario, result.claims, result.failure)
     if figures:
-        for name, figure in experiment.figures(log, scenario).items():
-            write_figure(writer, name, figure)
-    if meshcat is not None and html:
-        meshcat.StopRecording()
-        meshcat.PublishRecording()
-        writer.write("replay.html", meshcat.StaticHtml())
-    return RunResult(log, claims, writer.files, outcome.failure)
+        for name, figure in experiment.figures(result.log, scenario).items():
+            yield from figure_contents(name, figure)
+    if replay is not None:
+        replay.StopRecording()
+        replay.PublishRecording()
+        yield "replay.html", replay.StaticHtml()
 
 
 def _unusable(failure: Exception) -> GeoimpError:
@@ -116,18 +125,6 @@ def _unusable(failure: Exception) -> GeoimpError:
     if isinstance(failure, GeoimpError):
         return failure
     return ConfigurationError(f"The simulation cannot start: {one_line(failure)}")
-
-
-def _check_writable(out: Path) -> None:
-    """Raises ConfigurationError if a folder cannot be made or written, before anything is done."""
-    existing = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not existing.is_dir():
-        raise ConfigurationError(f"The output folder {out} cannot be made: {existing} is a file.")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise ConfigurationError(
-            f"The output folder {out} cannot be written: no permission for {existing}. Give "
-            f"another with --out."
-        )
 
 
 def _as_npz(log: dict[str, Array]) -> bytes:

@@ -1,6 +1,7 @@
 """One style for every figure; its style sheet is chapter.mplstyle beside this file."""
 
 import io
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -9,15 +10,13 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from geoimp_drake.output_folder import FileWriter
-
 __all__ = [
     "AXIS_STYLES",
+    "figure_contents",
     "figure_files",
     "figure_style",
     "keep_noise_small",
     "shade_phases",
-    "write_figure",
 ]
 
 # By the kind of a figure's file its metadata: without a date, so that bytes repeat.
@@ -46,13 +45,13 @@ def figure_files(*names: str) -> tuple[str, ...]:
     return tuple(f"{name}.{kind}" for name in names for kind in _KINDS)
 
 
-def write_figure(writer: FileWriter, name: str, figure: Figure) -> None:
-    """Writes the files of a figure; each time the same bytes."""
-    with figure_style():
-        for kind, metadata in _KINDS.items():
-            buffer = io.BytesIO()
+def figure_contents(name: str, figure: Figure) -> Iterator[tuple[str, bytes]]:
+    """Yields name and content of each file of a figure; each time the same bytes."""
+    for file, (kind, metadata) in zip(figure_files(name), _KINDS.items(), strict=True):
+        buffer = io.BytesIO()
+        with figure_style():
             figure.savefig(buffer, format=kind, metadata=metadata)
-            writer.write(f"{name}.{kind}", buffer.getvalue())
+        yield file, buffer.getvalue()
 
 
 def keep_noise_small(axes: Axes) -> None:

@@ -143,6 +143,26 @@ def test_a_sweep_that_was_killed_does_the_missing_samples_only(serial, cluster, 
     assert (out / "samples.csv").read_bytes() == (serial / "samples.csv").read_bytes()
 
 
+def test_a_sweep_that_is_told_to_end_clears_up(out, tmp_path):
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    code = "import sys; from geoimp_drake.cli import main; sys.exit(main())"
+    many = (*SWEEP, "--samples", "500", "--jobs", "1", "--out", str(out))
+    with subprocess.Popen(
+        (sys.executable, "-c", code, *many),
+        env={**os.environ, "TMPDIR": str(temporary)},
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        wait_for_samples(out, 1)
+        assert list(temporary.iterdir())
+        process.terminate()
+        _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (1, "geoimp: interrupted by SIGTERM\n")
+    assert list(temporary.iterdir()) == []
+    assert [path.name for path in out.iterdir()] == ["journal.jsonl"]
+
+
 def test_a_sweep_grows_by_more_samples_of_the_same_plan(serial, cluster, out):
     there = ("--scheduler", cluster.scheduler_address, "--out", out)
     assert run(*SWEEP, "--samples", "2", *there) == 0

@@ -120,13 +120,12 @@ def test_further_cases_are_timed_and_their_factors_kept_by_experiment(monkeypatc
         ),
     )
     redundancy = get_experiment("redundancy")
-    file = tmp_path / "bench.json"
     cases = [
         BenchCase("single_free", get_experiment("plexiglas"), 1.0),
         BenchCase("redundant_free", redundancy, 35.0, True),
     ]
-    bench.run_bench(cases, file)
-    data = json.loads(file.read_text())
+    _, text = bench.run_bench(cases)
+    data = json.loads(text)
     assert data["ratios"] == {"single_free": 0.2, "redundant_free": 7.0}
     assert data["ratios_blocks"] == {"single_free": 0.4, "redundant_free": 14.0}
     assert data["real_time_factor"] == {"redundancy": 1.25}
