@@ -18,6 +18,7 @@ __all__ = [
 
 # What pydrake raises for what C++ throws.
 DRAKE_RAISES = (RuntimeError, ValueError, IndexError)
+_LONGEST = 4000  # characters of a message
 _ABORT = re.compile(
     r"(abort: )?Failure at \S*?(?P<where>[^/\s]+ in .+?\(\)): (?P<what>.*)", re.DOTALL
 )
@@ -83,6 +84,8 @@ def drake_errors(
 
 
 def one_line(message: object) -> str:
-    """Returns a message in one line that a terminal shows as it is."""
+    """Returns a message in one line that a terminal shows as it is, its middle left out if long."""
     line = " ".join(str(message).split())
+    if len(line) > _LONGEST:
+        line = f"{line[: _LONGEST // 2]} … {line[-_LONGEST // 2 :]}"
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)

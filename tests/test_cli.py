@@ -214,6 +214,7 @@ def test_a_bad_scenario_file_gets_one_clear_line(content, out, tmp_path, capsys)
         (("run", "a\nb\x1b[2J"), r"Unknown experiment 'a\\nb\\x1b\[2J'"),
         (("run", "plexiglas", "--duration", "1e7"), r"1e\+10 steps of 0.001 s"),
         (("run", "plexiglas", "--seed", str(2**200)), "seed is '1606.*' ?; give a whole number"),
+        (("run", "bar", "--duration", "x" * 10**5), "invalid float value: 'xxx+ … xxx+'"),
         (("walk",), "invalid choice: 'walk'"),
     ],
 )

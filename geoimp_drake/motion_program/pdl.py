@@ -38,6 +38,7 @@ from geoimp_drake.motion_program.program import (
 from geoimp_drake.motion_program.symbols import Symbol, SymbolTable
 from geoimp_drake.reading import read_text
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import quoted
 
 if TYPE_CHECKING:
     from lark import Lark, Token, Tree
@@ -144,7 +145,7 @@ def _syntax_message(parser: "Lark", error: "UnexpectedInput", text: str, file: s
     elif error.token.type == "$END":
         found, line, column = "the end of the text", error.token.end_line, error.token.end_column
     else:
-        found = f"'{error.token}'"
+        found = quoted(str(error.token))
     names = {terminal.name: terminal for terminal in parser.terminals}
     expected = sorted(
         _TERMINALS.get(name) or f"'{names[name].pattern.value}'" for name in _accepted(parser, text)

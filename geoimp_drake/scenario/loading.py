@@ -175,10 +175,10 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
         schema, index = _step(schema, target, key, ".".join(keys[:depth]))
         if depth == len(keys) - 1:
             target[index] = value
-        elif isinstance(target, dict) and target.get(index) is None:
-            target = target.setdefault(index, {})
-        else:
-            target = target[index]
+            continue
+        if isinstance(target, dict) and target.get(index) is None:
+            target[index] = {}
+        target = target[index]
 
 
 def list_index(key: str, target: list[Any]) -> int | None:
@@ -197,10 +197,12 @@ def _step(schema: Any, target: Any, key: str, path: str) -> tuple[Any, Any]:
                 f"{path} has {len(target)} entries; {quoted(key)} is none of them."
             )
         return (typing.get_args(schema) or (Any,))[0], index
+    if not isinstance(target, dict):
+        raise ConfigurationError(f"{path} is {quoted(target)}; {quoted(key)} is no part of that.")
     if typing.get_origin(schema) is dict:
         return typing.get_args(schema)[1], key
     if fields is None:
-        raise ConfigurationError(f"'{path}' has no parts; {quoted(key)} is none of them.")
+        raise ConfigurationError(f"{path} has no parts; {quoted(key)} is none of them.")
     if key not in fields:
         raise unknown_name(key, f"key in {path or 'the scenario'}", fields)
     return fields[key], key

@@ -173,6 +173,13 @@ def test_file_that_cannot_be_read_is_named(tmp_path):
         read_program(tmp_path / "nothing.pdl", {})
 
 
+@pytest.mark.parametrize("word", ["x" * 101, "9" * 31, "1e1000", "²"])
+def test_names_and_numbers_have_a_length(word):
+    with pytest.raises(ConfigurationError, match=r"^sample\.pdl, line 10") as error:
+        read("goal\n  $", f"{word}\n  $")
+    assert len(str(error.value)) < 200
+
+
 def test_a_byte_order_mark_does_not_matter(tmp_path):
     file = tmp_path / "marked.pdl"
     file.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())

@@ -48,3 +48,13 @@ def test_what_an_option_gave_has_no_line(tmp_path):
         scenario(tmp_path, ("sampling.period=-1",), period=0)
     with pytest.raises(ConfigurationError, match=r"^impedance\.translation\.mass is -?1"):
         scenario(tmp_path, ("impedance.translation={mass: 1e20}",))
+
+
+@pytest.mark.parametrize("whole", ["0.1", "x", "[1]", "null"])
+def test_a_part_of_what_an_option_has_replaced_is_refused_or_made(whole):
+    given = (f"surface={whole}", "surface.point=[0.9, 0.0, 0.5]")
+    if whole == "null":
+        assert EXPERIMENTS["plexiglas"].scenario((), given).surface.point[2] == 0.5
+        return
+    with pytest.raises(ConfigurationError, match=r"^surface (is|has) .*'point' is no"):
+        EXPERIMENTS["plexiglas"].scenario((), given)
