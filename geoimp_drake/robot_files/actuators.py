@@ -17,11 +17,7 @@ _ROTOR, _GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 
 
 def take_out_drives(description: Description) -> dict[str, Drive]:
-    """Takes actuators and springs out of a description; returns what drives each joint.
-
-    Raises:
-        ConfigurationError: what should be a number is none.
-    """
+    """Takes actuators and springs out of a description; returns what drives each joint."""
     return _READERS[description.format](description)
 
 
@@ -31,8 +27,8 @@ def _urdf(description: Description) -> dict[str, Drive]:
         name = joint.get("name", "")
         limit, dynamics = joint.find("limit"), joint.find("dynamics")
         drives[name] = Drive(
-            effort_limit=_limit(None if limit is None else limit.get("effort"), name),
-            friction=_of(dynamics, "friction", name),
+            effort_limit=_limit(None if limit is None else limit.get("effort")),
+            friction=_of(dynamics, "friction"),
         )
     for transmission in description.root.findall("transmission"):
         description.root.remove(transmission)
@@ -47,14 +43,14 @@ def _with_transmission(drive: Drive, actuator: ET.Element) -> Drive:
     name = actuator.get("name", "")
     return drive.with_actuator(
         name,
-        rotor=_of(actuator.find(_ROTOR), "value", name),
-        gear=_of(actuator.find(_GEAR), "value", name, 1.0),
+        rotor=_of(actuator.find(_ROTOR), "value"),
+        gear=_of(actuator.find(_GEAR), "value", 1.0),
     )
 
 
-def _of(element: ET.Element | None, attribute: str, owner: str, default: float = 0.0) -> float:
+def _of(element: ET.Element | None, attribute: str, default: float = 0.0) -> float:
     text = None if element is None else element.get(attribute)
-    return number(text, f"{attribute} of '{owner}'", default)
+    return number(text, default)
 
 
 def _sdf(description: Description) -> dict[str, Drive]:
@@ -64,28 +60,28 @@ def _sdf(description: Description) -> dict[str, Drive]:
             name = joint.get("name", "")
             drives[name] = Drive(
                 actuator=name,
-                effort_limit=_limit(axis.findtext("limit/effort"), name),
-                rotor_inertia=number(joint.findtext(_ROTOR), f"{_ROTOR} of '{name}'"),
-                gear_ratio=number(joint.findtext(_GEAR), f"{_GEAR} of '{name}'", 1.0),
-                friction=number(axis.findtext("dynamics/friction"), f"friction of '{name}'"),
-                stiffness=_take_spring_out(axis, name),
+                effort_limit=_limit(axis.findtext("limit/effort")),
+                rotor_inertia=number(joint.findtext(_ROTOR)),
+                gear_ratio=number(joint.findtext(_GEAR), 1.0),
+                friction=number(axis.findtext("dynamics/friction")),
+                stiffness=_take_spring_out(axis),
             )
     return drives
 
 
-def _take_spring_out(axis: ET.Element, joint: str) -> float:
+def _take_spring_out(axis: ET.Element) -> float:
     """Returns its stiffness; Drake would add a force element and change no joints after that."""
     stiffness = 0.0
     for dynamics in axis.findall("dynamics"):
         for spring in dynamics.findall("spring_stiffness"):
-            stiffness = number(spring.text, f"spring_stiffness of '{joint}'")
+            stiffness = number(spring.text)
             dynamics.remove(spring)
     return stiffness
 
 
-def _limit(text: str | None, joint: str) -> float:
+def _limit(text: str | None) -> float:
     """Returns an effort limit; zero, or less, means that it was not filled in."""
-    limit = number(text, f"The effort limit of joint '{joint}'")
+    limit = number(text)
     return limit if limit > 0 else math.inf
 
 

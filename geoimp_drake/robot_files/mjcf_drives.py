@@ -4,7 +4,7 @@ import math
 import xml.etree.ElementTree as ET
 
 from geoimp_drake.robot_files.description import Description
-from geoimp_drake.robot_files.drive import Drive, number
+from geoimp_drake.robot_files.drive import Drive
 from geoimp_drake.robot_files.mjcf_defaults import DefaultClasses, in_bodies
 
 __all__ = ["mjcf_drives"]
@@ -19,9 +19,6 @@ def mjcf_drives(description: Description) -> dict[str, Drive]:
 
     What acts on no joint is left out, and `changes` says so; so does gravity compensation.
     A joint without a name gets one.
-
-    Raises:
-        ConfigurationError: what should be a number is none.
     """
     root = description.root
     reader = _Reader(root)
@@ -75,32 +72,30 @@ class _Reader:
             if "name" not in joint.attrib:
                 joint.set("name", _name(bodies, drives))
             attributes = self.classes.attributes(joint, childclass)
-            of = f"of joint '{joint.attrib['name']}'"
             drives[joint.attrib["name"]] = Drive(
-                effort_limit=self._limit(attributes, "actuatorfrc", of),
-                rotor_inertia=_first(attributes, "armature", of),
-                friction=_first(attributes, "frictionloss", of),
-                stiffness=_first(attributes, "stiffness", of),
+                effort_limit=self._limit(attributes, "actuatorfrc"),
+                rotor_inertia=_first(attributes, "armature"),
+                friction=_first(attributes, "frictionloss"),
+                stiffness=_first(attributes, "stiffness"),
             )
         return drives
 
     def driven(self, drive: Drive, name: str, attributes: dict[str, str]) -> Drive:
         """Returns a drive with an actuator more; one whose gear is zero does nothing."""
-        of = f"of actuator '{name}'"
-        gear = _first(attributes, "gear", of, 1.0)
+        gear = _first(attributes, "gear", 1.0)
         if gear == 0:
             return drive
         is_motor = _takes_torque(attributes)
-        limit = self._limit(attributes, "force", of)
+        limit = self._limit(attributes, "force")
         if is_motor and attributes.get("dyntype", "none") in _DIRECT_DYNAMICS:
-            gain = abs(_first(attributes, "gainprm", of, 1.0))
-            limit = min(limit, gain * self._limit(attributes, "ctrl", of)) if gain else limit
-        rotor = _first(attributes, "armature", of)
+            gain = abs(_first(attributes, "gainprm", 1.0))
+            limit = min(limit, gain * self._limit(attributes, "ctrl")) if gain else limit
+        rotor = _first(attributes, "armature")
         return drive.with_actuator(
             name, rotor=rotor, gear=gear, limit=abs(gear) * limit, is_servo=not is_motor
         )
 
-    def _limit(self, attributes: dict[str, str], kind: str, of: str) -> float:
+    def _limit(self, attributes: dict[str, str], kind: str) -> float:
         """Returns the smaller end of a range, infinity if it does not hold.
 
         A range that begins at zero, or is of one sign, has its larger end as limit.
@@ -109,7 +104,7 @@ class _Reader:
         stated = attributes.get(f"{kind}limited", "auto")
         if not ends or stated == "false" or (stated == "auto" and not self._autolimits):
             return math.inf
-        low, high = (number(end, f"{kind}range {of}") for end in (ends[0], ends[-1]))
+        low, high = (float(end) for end in (ends[0], ends[-1]))
         return min(-low, high) if low < 0 < high else max(abs(low), abs(high))
 
 
@@ -126,7 +121,7 @@ def _takes_torque(attributes: dict[str, str]) -> bool:
     return types == ("fixed", "none")
 
 
-def _first(attributes: dict[str, str], key: str, of: str, default: float = 0.0) -> float:
+def _first(attributes: dict[str, str], key: str, default: float = 0.0) -> float:
     """Returns the first number of an attribute; further ones are of what Drake has not."""
     numbers = attributes.get(key, "").split()
-    return number(numbers[0], f"{key} {of}") if numbers else default
+    return float(numbers[0]) if numbers else default

@@ -25,18 +25,29 @@ _URDF = {
     "sphere": ("radius",),
     "cylinder": ("radius", "length"),
     "mesh": ("scale",),
+    **dict.fromkeys(("drake:rotor_inertia", "drake:gear_ratio"), ("value",)),
 }
 # MJCF's attributes, whatever has them.
 _MJCF = (
     *("pos", "quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto", "axis", "range"),
     *("mass", "diaginertia", "fullinertia", "armature", "damping", "stiffness", "frictionloss"),
-    *("actuatorfrcrange", "forcerange", "ctrlrange", "gear"),
+    *("actuatorfrcrange", "forcerange", "ctrlrange", "gear", "gainprm", "kp", "kv"),
 )
 # SDF's elements.
 _SDF = (
     *("pose", "mass", *_INERTIA, "xyz", "lower", "upper", "effort", "velocity"),
     *("damping", "friction", "spring_stiffness", "radius", "length", "scale"),
+    *("drake:rotor_inertia", "drake:gear_ratio"),
 )
+# How many numbers Drake wants, which says so without a line.
+_COUNTS = {
+    **dict.fromkeys(("xyz", "rpy", "pos", "euler", "zaxis", "axis", "diaginertia"), 3),
+    "quat": 4,
+    "axisangle": 4,
+    "xyaxes": 6,
+    "fromto": 6,
+    "fullinertia": 6,
+}
 # What these hold is nobody's but their reader's.
 _FOREIGN = ("gazebo", "plugin", "sensor", "custom", "keyframe")
 
@@ -74,8 +85,11 @@ def _check(element: ET.Element, owner: str | None, format: str) -> None:
         keys = _URDF.get(element.tag, ()) if format == "urdf" else _MJCF
         stated = {key: element.attrib[key] for key in keys if key in element.attrib}
     for key, text in stated.items():
-        for number in text.split() or [""]:
+        stated_numbers = text.split() or [""]
+        for number in stated_numbers:
             _check_number(element, owner, key, number, text)
+        if (count := _COUNTS.get(key, len(stated_numbers))) != len(stated_numbers):
+            raise _no_number(element, owner, key, text, f"{count} numbers")
     for child in element:
         if child.tag not in _FOREIGN:
             _check(child, owner, format)

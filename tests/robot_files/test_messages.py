@@ -72,6 +72,12 @@ def test_elements_within_each_other_without_end_are_refused(tmp_path):
         (RosArm().write, 'effort="64.0"', 'effort="150 Nm"', "effort=…> of 'joint_4' is '150 Nm'"),
         (RosArm().write, 'lower="-2.9"', 'lower="-2,9"', "lower=…> of 'joint_1' is '-2,9'"),
         (RosArm().write, 'xyz="0.03 0.01', 'xyz="nan 0.01', "xyz=…> of 'base_link' is 'nan"),
+        (
+            RosArm().write,
+            'xyz="0.03 0.01',
+            'xyz="0.03 0.01 1',
+            "'0.03 0.01 1 0.02'; give 3 numbers",
+        ),
         (write_sdf, "<effort>310.0<", "<effort>310 Nm<", "<effort> of 'joint_1' is '310 Nm'"),
         (write_sdf, "<mass>10.0<", "<mass>10_0<", "<mass> of 'base_link' is '10_0'"),
         (write_mjcf, 'range="-2.9 2.9"', 'range="-2.9 2.9rad"', "range=…> of 'joint_1' is"),
