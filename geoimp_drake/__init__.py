@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from geoimp_drake.simulation.log_data import load_log
     from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
     from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
+    from geoimp_drake.systems.sources.smooth_target import SmoothTarget
 
 __version__ = "0.1.0"
 
@@ -38,6 +39,7 @@ __all__ = [
     "EndEffector",
     "ImpedanceControllerConfig",
     "MotionSegment",
+    "SmoothTarget",
     "ToolLoad",
     "WristSensorConfig",
     "__version__",
@@ -60,6 +62,7 @@ _MODULES = {
     "EndEffector": "robot_files.loading",
     "ImpedanceControllerConfig": "controllers.config",
     "MotionSegment": "systems.sources.desired_motion",
+    "SmoothTarget": "systems.sources.smooth_target",
     "ToolLoad": "parts.wrist_sensor_config",
     "WristSensorConfig": "parts.wrist_sensor_config",
     "add_wrist_sensor": "controllers.wrist_sensor",

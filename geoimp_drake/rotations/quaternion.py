@@ -12,6 +12,7 @@ __all__ = [
     "UNIT_TOLERANCE",
     "E",
     "angle_over_sine",
+    "angular_motion",
     "canonical",
     "check_unit",
     "conjugate",
@@ -116,6 +117,21 @@ def rate(Q: Array, w: Array) -> Array:
     """Q̇ (4,) from the angular velocity `w` [rad/s] in the base frame: η̇ = −½εᵀω, ε̇ = ½Eω."""
     x, y, z = xyz(w)
     return 0.5 * product(vector(0.0, x, y, z), Q)
+
+
+def angular_motion(Q: Array, dQ: Array, ddQ: Array) -> tuple[Array, Array]:
+    """Returns ω and ω̇ in the base frame from a quaternion of any norm, and its derivatives.
+
+        ω = 2 vec(Q̇ * Q⁻¹),   ω̇ = 2 vec(Q̈ * Q⁻¹) − 2 (Q·Q̇)/‖Q‖² ω
+
+    Args:
+        Q: the quaternion (4,), not zero; Q/‖Q‖ is that of the rotation.
+        dQ: Q̇ (4,).
+        ddQ: Q̈ (4,).
+    """
+    inverse, square = conjugate(Q) / (Q @ Q), Q @ Q
+    w = 2.0 * product(dQ, inverse)[1:]
+    return w, 2.0 * product(ddQ, inverse)[1:] - 2.0 * (Q @ dQ) / square * w
 
 
 @compilable

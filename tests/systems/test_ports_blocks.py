@@ -58,6 +58,7 @@ from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, 
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
+from geoimp_drake.systems.sources.smooth_target import SmoothTarget
 
 Port = tuple[str, str, str | None]  # direction, name, size as printed
 
@@ -123,6 +124,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     JointReadings: (lambda: JointReadings(9), 9),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
+    SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),
     StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),
     FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
     WrenchArrow: (lambda: WrenchArrow(Meshcat()), 0),

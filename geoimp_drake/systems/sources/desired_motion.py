@@ -1,12 +1,14 @@
-"""The desired motion of D: straight lines, turns about fixed axes, rests; fifth-order in time."""
+"""The desired motion of D: lines, turns about fixed axes and rests, or a trajectory of Drake's."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol, Self
 
 import numpy as np
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector, Context
+from pydrake.trajectories import Trajectory
 
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.motion_about_axis import motion_from_rest
@@ -19,6 +21,7 @@ from geoimp_drake.systems.frame_motion import (
     frame_motion_vector,
 )
 from geoimp_drake.systems.part_system import Block
+from geoimp_drake.systems.sources.trajectory import TrajectoryOfD
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, positive
 
@@ -55,8 +58,18 @@ def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float
     ]
 
 
+class _Path(Protocol):
+    """A motion of D over time; it ends at the time `end` [s]."""
+
+    end: float
+
+    def write(self, time: float, motion: Array) -> None: ...
+
+
 class DesiredMotion(Block):
     """Source of the desired motion: a sequence of segments that starts at a given pose.
+
+    `DesiredMotion.along` follows a trajectory of Drake's instead.
 
     Along segment k of duration T, with s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ and τ = (t − t_k)/T,
 
@@ -77,14 +90,33 @@ class DesiredMotion(Block):
     """
 
     def __init__(self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()):
-        super().__init__()
-        for k, segment in enumerate(segments):
-            check(segment, f"segments.{k}")
-        self._durations = [float(segment.duration) for segment in segments]
-        self._times = np.cumsum([0.0, *self._durations]).tolist()
-        self._rests = _rests(frame_motion_at_rest(X_WD), segments)
-        self._ways = [*(_way(segment) for segment in segments), None]  # at the end D rests
-        self._law = compiled(motion_from_rest)
+        self._follow(_Segments(X_WD, segments))
+
+    @classmethod
+    def along(
+        cls, trajectory: Trajectory, rotation: Trajectory | RotationMatrix | None = None
+    ) -> Self:
+        """Returns a source of a motion along a trajectory, over the simulation's time.
+
+        Velocities and accelerations are the trajectory's derivatives; before its start and after
+        its end D rests. Where they jump, in its course or at its ends, so do those of D.
+
+        Args:
+            trajectory: a `PiecewisePose` of D in W; or any trajectory of D's origin (3) [m] that
+                has derivatives, with a rotation.
+            rotation: how D is turned meanwhile: a `PiecewiseQuaternionSlerp`, any trajectory of a
+                quaternion [w, x, y, z] (4), which is normalized, or one attitude R_WD.
+
+        Raises:
+            ConfigurationError: a trajectory has another size, other times or no derivatives.
+        """
+        source = cls.__new__(cls)
+        source._follow(TrajectoryOfD(trajectory, rotation))
+        return source
+
+    def _follow(self, path: _Path) -> None:
+        Block.__init__(self)
+        self._path = path
         self.DeclareVectorOutputPort(
             "motion",
             frame_motion_vector(),
@@ -93,25 +125,40 @@ class DesiredMotion(Block):
         )
 
     def duration(self) -> float:
-        """Returns the time at which the last segment ends [s]."""
-        return self._times[-1]
+        """Returns the time at which the last segment, or the trajectory, ends [s]."""
+        return self._path.end
 
     def evaluate(self, time: float) -> Array:
         """Returns the motion of D at a time [s], as the output port does."""
         motion = np.empty(FRAME_MOTION_SIZE)
-        self._write(time, motion)
+        self._path.write(time, motion)
         return motion
 
-    def _write(self, time: float, motion: Array) -> None:
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        self._path.write(context.get_time(), output.get_mutable_value())
+
+
+class _Segments:
+    """Segments one after the other, see `DesiredMotion`."""
+
+    def __init__(self, X_WD: RigidTransform, segments: Sequence[MotionSegment]):
+        for k, segment in enumerate(segments):
+            check(segment, f"segments.{k}")
+        self._durations = [float(segment.duration) for segment in segments]
+        self._times = np.cumsum([0.0, *self._durations]).tolist()
+        self._rests = _rests(frame_motion_at_rest(X_WD), segments)
+        self._ways = [*(_way(segment) for segment in segments), None]  # at the end D rests
+        self._law = compiled(motion_from_rest)
+        self.end: float = self._times[-1]
+
+    def write(self, time: float, motion: Array) -> None:
+        """Writes the motion of D at a time [s]."""
         k = bisect_right(self._times, time) - 1 if time > 0.0 else 0
         way = self._ways[k]
         if way is None:
             motion[:] = self._rests[k]
         else:
             self._law(time - self._times[k], self._durations[k], self._rests[k], way, motion)
-
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        self._write(context.get_time(), output.get_mutable_value())
 
 
 def _way(segment: MotionSegment) -> Array | None:
