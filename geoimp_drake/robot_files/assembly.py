@@ -23,7 +23,7 @@ from pydrake.multibody.tree import (
 from geoimp_drake.arm.control_model import TASK_DIMENSION
 from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.drive import Drive
-from geoimp_drake.robot_files.joints import joint_between, locked_pose
+from geoimp_drake.robot_files.joints import check_single_axis, joint_between, locked_pose
 
 __all__ = ["MOUNTING", "SENSOR_JOINT", "ArmAssembly"]
 
@@ -190,6 +190,8 @@ class ArmAssembly:
         Args:
             drives: by joint; one that is not there gets an actuator without limit and inertia.
         """
+        for joint in self.moving():
+            check_single_axis(joint)
         known = {joint.name(): drives.get(joint.name(), Drive()) for joint in self.moving()}
         for joint in self.moving():
             self._actuate(joint, known[joint.name()])

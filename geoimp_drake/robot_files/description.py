@@ -6,13 +6,24 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydrake.math import RigidTransform
+
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.source import Place, lines_of, place_of, read_xml
 
-__all__ = ["Description", "read_description"]
+__all__ = ["Description", "Site", "read_description"]
 
 # Kinds of description by their outermost tag, as Drake's parser calls them.
 _FORMATS = {"robot": "urdf", "sdf": "sdf", "mujoco": "xml"}
+
+
+@dataclass(frozen=True)
+class Site:
+    """A named place S on a body B of an MJCF model."""
+
+    name: str
+    body: str
+    X_BS: RigidTransform
 
 
 @dataclass
@@ -23,12 +34,14 @@ class Description:
         file: where it was read.
         root: its XML.
         changes: what has been done to it, for people.
+        sites: of an MJCF, which have been taken out of it.
         aliases: names that have been changed, as the user may still write them.
     """
 
     file: Path
     root: ET.Element
     changes: list[str] = field(default_factory=list)
+    sites: list[Site] = field(default_factory=list)
     aliases: dict[str, str] = field(default_factory=dict)
 
     @property

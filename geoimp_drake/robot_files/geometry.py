@@ -54,7 +54,8 @@ def place_textures(description: Description, packages: Mapping[str, str | Path])
     missing = set()
     for holder in list(description.root.iter()):
         for material in holder.findall("material"):
-            for texture in [e for e in material if e.tag in ("texture", "drake:diffuse_map")]:
+            textures = [e for e in material if e.tag in ("texture", "drake:diffuse_map")]
+            for texture in textures:
                 key = "filename" if texture.tag == "texture" else None
                 uri = _address(texture, key)
                 try:
@@ -64,7 +65,7 @@ def place_textures(description: Description, packages: Mapping[str, str | Path])
                     material.remove(texture)
                 else:
                     _set_address(texture, key, path)
-            if not len(material):
+            if textures and not len(material):
                 holder.remove(material)
     if missing:
         description.changes.append(f"textures not found: {', '.join(sorted(missing))}")

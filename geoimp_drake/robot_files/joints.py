@@ -7,18 +7,24 @@ from pydrake.multibody.tree import Frame, Joint, PrismaticJoint, RevoluteJoint, 
 
 from geoimp_drake.errors import ModelError
 
-__all__ = ["joint_between", "locked_pose"]
+__all__ = ["check_single_axis", "joint_between", "locked_pose"]
+
+
+def check_single_axis(joint: Joint) -> None:
+    """Raises ModelError unless a joint is one that an arm may have."""
+    if not isinstance(joint, RevoluteJoint | PrismaticJoint):
+        raise ModelError(
+            f"Joint '{joint.name()}' is of type '{joint.type_name()}'; an arm is made of revolute "
+            f"and prismatic joints. Write it as several of these with links without mass between "
+            f"them, as is done to the planar joints of a URDF."
+        )
 
 
 def joint_between(joint: Joint, P: Frame, C: Frame) -> Joint:
     """Returns the same joint between other frames."""
     if isinstance(joint, WeldJoint):
         return WeldJoint(joint.name(), P, C, joint.X_FM())
-    if not isinstance(joint, RevoluteJoint | PrismaticJoint):
-        raise ModelError(
-            f"Joint '{joint.name()}' is of type '{joint.type_name()}'; an arm is made of revolute "
-            f"and prismatic joints."
-        )
+    check_single_axis(joint)
     revolute = isinstance(joint, RevoluteJoint)
     axis = joint.revolute_axis() if revolute else joint.translation_axis()
     kind = RevoluteJoint if revolute else PrismaticJoint

@@ -1,6 +1,7 @@
 """What Drake says of a description in memory, said of the user's file, and each kind once."""
 
 import contextlib
+import itertools
 import logging
 import re
 from collections.abc import Iterator
@@ -65,7 +66,7 @@ def _place_of_a_name(said: str, description: Description) -> str:
     """Returns where the first thing that a message without a line names stands in the file."""
     if not any(text["line"] for text in _TEXT.finditer(said)):
         for name in _QUOTED.findall(said):
-            for element in description.root.iter():
+            for element in itertools.islice(description.root.iter(), 1, None):
                 if name in element.attrib.values() or name == element.text:
                     return f"{place_of(element)}: "
     return ""

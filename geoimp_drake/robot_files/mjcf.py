@@ -1,8 +1,7 @@
 """What MJCF has and Drake's parser does not read: <frame>, and sites turned in every way."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -10,34 +9,30 @@ from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.robot_files.description import Description
+from geoimp_drake.robot_files.description import Description, Site
 from geoimp_drake.robot_files.numbers import numbers
 from geoimp_drake.robot_files.source import place_of
 from geoimp_drake.robot_files.turns import least_turn_from_z
 from geoimp_drake.typing import Array
 
-__all__ = ["Site", "expand_frames", "sites"]
+__all__ = ["expand_frames", "take_out_sites"]
 
 _BODIES = ("body", "worldbody", "frame")
 _AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
-@dataclass(frozen=True)
-class Site:
-    """A named place S on a body B, which Drake's parser leaves out."""
+def take_out_sites(description: Description) -> None:
+    """Takes the sites out of an MJCF model, which Drake would leave out, and keeps their places.
 
-    name: str
-    body: str
-    X_BS: RigidTransform
-
-
-def sites(description: Description) -> Iterator[Site]:
-    """Yields the sites of an MJCF model, but for those that are given by their ends."""
+    Those that are given by their ends, and the world's, are lost.
+    """
     poses = _Poses(description.root)
-    for body in description.root.iter("body"):
+    for body in [e for e in description.root.iter() if e.tag in ("body", "worldbody")]:
         for site in body.findall("site"):
-            if "name" in site.attrib and "fromto" not in site.attrib:
-                yield Site(site.attrib["name"], body.get("name", ""), poses.of(site))
+            body.remove(site)
+            if body.tag == "body" and "name" in site.attrib and "fromto" not in site.attrib:
+                place = Site(site.attrib["name"], body.get("name", ""), poses.of(site))
+                description.sites.append(place)
 
 
 def expand_frames(description: Description) -> None:

@@ -48,6 +48,11 @@ _COUNTS = {
     "fromto": 6,
     "fullinertia": 6,
 }
+# What may be infinite; inertias are another's to check.
+_ENDLESS = (
+    *("lower", "upper", "effort", "velocity", "range", "actuatorfrcrange", "forcerange"),
+    *("ctrlrange", "value", "mass", "diaginertia", "fullinertia", *_INERTIA),
+)
 # What these hold is nobody's but their reader's.
 _FOREIGN = ("gazebo", "plugin", "sensor", "custom", "keyframe")
 
@@ -93,11 +98,34 @@ def _check(element: ET.Element, owner: str | None, format: str) -> None:
     for child in element:
         if child.tag not in _FOREIGN:
             _check(child, owner, format)
+    if element.tag == "joint":
+        _check_range(element, format)
+
+
+def _check_range(joint: ET.Element, format: str) -> None:
+    """Raises ConfigurationError if the lower limit is above the upper: Drake would abort."""
+    if format == "xml":
+        low, high = numbers(joint, "range", 2, "0 0")
+    elif format == "urdf":
+        limit = joint.find("limit")
+        if limit is None or joint.get("type") not in ("revolute", "prismatic"):
+            return
+        low, high = (float(limit.get(key, "0")) for key in ("lower", "upper"))
+    else:
+        low = float(joint.findtext("axis/limit/lower", "").strip() or "-inf")
+        high = float(joint.findtext("axis/limit/upper", "").strip() or "inf")
+    if low > high:
+        raise ConfigurationError(
+            f"{place_of(joint)}: the limits of joint {joint.get('name')!r} are {low:g} and "
+            f"{high:g}, the lower above the upper; exchange them, or take them out if there are "
+            f"none."
+        )
 
 
 def _check_number(element: ET.Element, owner: str | None, key: str, number: str, text: str) -> None:
     try:
-        readable = not np.isnan(float(number)) and "_" not in number
+        finite = not np.isnan(value := float(number)) and (np.isfinite(value) or key in _ENDLESS)
+        readable = finite and "_" not in number
     except ValueError:
         readable = False
     if not readable and number != "auto":

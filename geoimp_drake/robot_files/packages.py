@@ -41,7 +41,8 @@ def resolve(uri: str, file: Path, packages: Mapping[str, str | Path], folder: Pa
     if not path.is_file():
         raise ConfigurationError(
             f"{file.name} names '{uri}', but there is no file {path}. Put it there, or leave the "
-            f"geometry out with geometry 'leave-out'."
+            f"geometry out with geometry 'leave-out' (links without inertia have it from their "
+            f"shapes all the same)."
         )
     return path.resolve()
 

@@ -11,7 +11,6 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame, ModelInstanceIndex
 from geoimp_drake.errors import ConfigurationError, ModelError, drake_errors
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.messages import in_users_words
-from geoimp_drake.robot_files.mjcf import sites
 from geoimp_drake.validation import unknown_name
 
 __all__ = ["find_frame", "named_frames", "parse", "trial_plant"]
@@ -81,7 +80,7 @@ def named_frames(
 def _add_sites(
     description: Description, plant: MultibodyPlant, instance: ModelInstanceIndex
 ) -> None:
-    for site in sites(description):
+    for site in description.sites:
         taken = plant.HasFrameNamed(site.name, instance)
         if not taken and plant.HasBodyNamed(site.body, instance):
             B = plant.GetFrameByName(site.body, instance)

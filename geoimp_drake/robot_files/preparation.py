@@ -13,7 +13,7 @@ from geoimp_drake.robot_files.inertia_repair import InertiaFault, repair_inertia
 from geoimp_drake.robot_files.inertial_elements import set_inertia
 from geoimp_drake.robot_files.looks import keep_looks_only
 from geoimp_drake.robot_files.messages import silent
-from geoimp_drake.robot_files.mjcf import expand_frames
+from geoimp_drake.robot_files.mjcf import expand_frames, take_out_sites
 from geoimp_drake.robot_files.numbers import check_numbers
 from geoimp_drake.robot_files.parsing import parse, trial_plant
 from geoimp_drake.robot_files.repair import repair
@@ -67,6 +67,7 @@ def prepare(
     check_numbers(description)
     expand_frames(description)
     repair(description)
+    take_out_sites(description)
     faults = repair_inertias(description)
     drives = take_out_drives(description)
     followers = description.take_out_followers()

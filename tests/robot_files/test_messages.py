@@ -6,7 +6,7 @@ import pytest
 from published_arms import JOINTS, RosArm, write_mjcf, write_sdf
 from pydrake.multibody.plant import MultibodyPlant
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.robot_files.loading import load_robot
 
 
@@ -114,3 +114,34 @@ def test_warnings_of_two_kinds_are_two_lines(tmp_path, caplog):
         load_robot(file, MultibodyPlant(1e-3), end_effector="tcp", geometry="leave-out")
     said = [r.getMessage() for r in caplog.records if "(the first of 6 of" in r.getMessage()]
     assert len(said) == 2
+
+
+@pytest.mark.parametrize(
+    ("write", "old", "new"),
+    [
+        (RosArm().write, 'lower="-2.9" upper="2.9"', 'lower="2.9" upper="-2.9"'),
+        (write_sdf, "<lower>-2.9</lower>", "<lower>3.9</lower>"),
+        (write_mjcf, 'range="-2.9 2.9"', 'range="2.9 -2.9"'),
+    ],
+)  # fmt: skip
+def test_limits_the_wrong_way_round_are_named_where_drake_would_abort(tmp_path, write, old, new):
+    file = write(tmp_path)
+    line = changed(file, old, new)
+    said = refused(file, "tcp")
+    assert "the lower above the upper" in said
+    assert abs(int(said.split(":")[1]) - line) <= 1  # the joint's
+
+
+def test_sites_are_read_and_no_warning_says_otherwise(tmp_path, caplog):
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        load_robot(
+            write_mjcf(tmp_path), MultibodyPlant(1e-3), end_effector="tcp", geometry="leave-out"
+        )
+    assert not [r for r in caplog.records if r.levelno == logging.WARNING]
+
+
+def test_a_robot_that_drake_reads_and_no_arm_is_made_of_is_named(tmp_path):
+    file = write_sdf(tmp_path)
+    changed(file, '<joint name="joint_3" type="revolute"', '<joint name="joint_3" type="ball"')
+    with pytest.raises(ModelError, match="'joint_3' is of type 'ball_rpy'; an arm is made of"):
+        load_robot(file, MultibodyPlant(1e-3), end_effector="tcp", geometry="leave-out")

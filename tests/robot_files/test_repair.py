@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from published_arms import LINKS, RosArm, inertial_urdf, write_mjcf, write_sdf
+from published_arms import LINKS, RosArm, inertial_urdf, write_dual_urdf, write_mjcf, write_sdf
 from pydrake.geometry import Role
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
@@ -25,6 +25,21 @@ def loaded(file, end_effector="tool0", **options):
     robot = load_robot(file, plant, end_effector=end_effector, geometry="leave-out", **options)
     plant.Finalize()
     return plant, robot
+
+
+def test_an_inertia_on_the_way_of_any_of_several_arms_is_refused(tmp_path):
+    text = write_dual_urdf(tmp_path).read_text()
+    old = 'izz="0.027"'
+    for k, place in enumerate((text.index(old), text.rindex(old))):
+        file = tmp_path / f"{k}.urdf"
+        file.write_text(f'{text[:place]}izz="0.127"{text[place + len(old) :]}')
+        with pytest.raises(ModelError, match=r"link_1' has mass 9 kg .* no body can have"):
+            load_robot(
+                file,
+                MultibodyPlant(1e-3),
+                end_effectors=["left_tool0", "right_tool0"],
+                geometry="leave-out",
+            )
 
 
 def moments_of(plant, link):
@@ -206,6 +221,14 @@ def test_a_package_goes_by_its_own_name_or_its_folders(tmp_path):
     for name in ("foo", "foo_description"):
         file.write_text(file.read_text().replace("package://foo/", f"package://{name}/"))
         load_robot(file, MultibodyPlant(1e-3), end_effector="l6", cache=tmp_path / "cache")
+
+
+def test_an_mjcfs_materials_stay(tmp_path):
+    file = write_mjcf(tmp_path)
+    text = file.read_text().replace("<asset>", '<asset><material name="red" rgba="1 0 0 1"/>')
+    file.write_text(text.replace('mesh="shell"', 'mesh="shell" material="red"'))
+    _, look = with_shapes(file, tmp_path)
+    assert look("link_2").GetProperty("phong", "diffuse").b() == 0.0
 
 
 # Joints of the base
