@@ -155,24 +155,31 @@ def said_of(build: Callable[..., object], scenario: Any) -> tuple[list[str], lis
     Raises:
         GeoimpError: the scenario cannot be used.
     """
-    with _heard() as (reports, warnings):
+    with _heard() as heard:
         build(scenario)
-    return list(reports), list(warnings)
+    return list(heard.reports), list(heard.warnings)
+
+
+class _Gatherer(logging.Handler):
+    """Keeps what is said, reports and warnings, each text once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.reports: dict[str, None] = {}
+        self.warnings: dict[str, None] = {}
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keeps a record."""
+        said = self.warnings if record.levelno >= logging.WARNING else self.reports
+        said[record.getMessage()] = None
 
 
 @contextlib.contextmanager
-def _heard() -> Iterator[tuple[dict[str, None], dict[str, None]]]:
-    """Keeps Drake's log from being seen; yields its reports and warnings, each text once."""
-    reports: dict[str, None] = {}
-    warnings: dict[str, None] = {}
-
-    def gather(record: logging.LogRecord) -> bool:
-        said = warnings if record.levelno >= logging.WARNING else reports
-        said[record.getMessage()] = None
-        return False
-
-    _log.addFilter(gather)
+def _heard() -> Iterator[_Gatherer]:
+    """Yields what hears Drake's log in the place of everybody else."""
+    gatherer, kept = _Gatherer(), (_log.handlers, _log.propagate)
+    _log.handlers, _log.propagate = [gatherer], False
     try:
-        yield reports, warnings
+        yield gatherer
     finally:
-        _log.removeFilter(gather)
+        _log.handlers, _log.propagate = kept
