@@ -110,6 +110,46 @@ def test_a_robot_whose_meshes_are_missing_is_checked_and_begun_without(folder, c
     assert main(["check", "bare.yaml"]) == 0
 
 
+def test_an_arm_with_an_inertia_that_no_body_has_is_begun_with_its_repair(folder, capsys):
+    text = (folder / "light6.urdf").read_text().replace('izz="0.004"', 'izz="0.1"', 1)
+    (folder / "odd.urdf").write_text(text)
+    assert main(["init", "--robot", "odd.urdf"]) == 0
+    assert re.search("^warning: .*l1.*inertia 'repair'", capsys.readouterr().out, re.MULTILINE)
+    assert yaml.safe_load((folder / "odd.yaml").read_text())["robot"]["inertia"] == "repair"
+
+
+def test_warnings_name_the_users_file_and_come_once_a_kind(folder, capsys):
+    limit = "<safety_controller k_velocity='1'/><limit"
+    text = (folder / "light6.urdf").read_text().replace("<limit", limit)
+    (folder / "careful.urdf").write_text(text)
+    assert main(["check", "careful.urdf"]) == 0
+    (warning,) = re.findall("^warning: .*", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"careful\.urdf:\d+: .*'safety_controller'.*first of 6", warning)
+
+
+def test_what_the_first_step_shows_is_found(folder, capsys):
+    """A gain of the null-space motion that the controller's period does not bear."""
+    assert main(["init", "--robot", "light7.urdf"]) == 0
+    text = (folder / "light7.yaml").read_text()
+    scenario = {**yaml.safe_load(text), "redundancy": {"K_n": 200.0}}
+    (folder / "stiff.yaml").write_text(yaml.safe_dump(scenario))
+    assert main(["check", "stiff.yaml"]) == 0
+    assert "K_n of the null-space motion is too large" in capsys.readouterr().out
+
+
+def test_what_cannot_start_is_unusable(folder, capsys):
+    """Euler angles in their singularity: the first sample already has no derivative."""
+    scenario = {
+        "experiment": "custom",
+        "start": {"attitude_deg": [0, 89.99, 0], "position": [1.0, 0.0, 0.9]},
+        "impedance": {"orientation": "classical-euler"},
+        "duration": 1.0,
+    }
+    (folder / "singular.yaml").write_text(yaml.safe_dump(scenario))
+    assert main(["check", "singular.yaml"]) == 2
+    assert re.search("^geoimp: .*classical-euler", capsys.readouterr().err)
+
+
 UNUSABLE = {
     "init --robot nowhere.urdf": "nowhere.urdf",
     "init there.yaml --robot light6.urdf": "there.yaml is there already",

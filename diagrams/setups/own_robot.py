@@ -3,7 +3,7 @@
 import contextlib
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,17 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.diagrams.setups.posture import StartConfig
+from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, GeoimpError, ModelError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import LoadedRobot
 from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.parsing import trial_plant
 from geoimp_drake.robot_files.proposal import Proposal, propose
 from geoimp_drake.robot_files.survey import RobotSurvey, survey_robot
+from geoimp_drake.simulation.experiment import cannot_start
+from geoimp_drake.simulation.run import simulate
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 
@@ -30,7 +33,7 @@ _log = logging.getLogger("drake")
 # Out, back, and while somebody pushes [s].
 _OUT, _BACK, _PUSHED, _BEFORE_PUSH = 2.0, 2.0, 5.0, 0.5
 # Shapes of every kind, so that it is seen which links touch; and none, where these cannot be had.
-WITH_SHAPES, _WITHOUT = "convert", "leave-out"
+WITH_SHAPES, _WITHOUT, _REPAIR = "convert", "leave-out", "repair"
 _UNITS = {"translation": ("kg", "Ns/m", "N/m"), "rotation": ("kg m²", "Nms/rad", "Nm/rad")}
 
 
@@ -45,7 +48,7 @@ class OwnRobot:
         joints: names of its joints, from the base to the end effector.
         mass: of the moving links [kg].
         changes: that were made to the robot to use it.
-        problem: why its geometry is left out, empty if it is not.
+        problems: why its geometry is left out and inertias are repaired, if they are.
     """
 
     survey: RobotSurvey
@@ -54,7 +57,7 @@ class OwnRobot:
     joints: tuple[str, ...]
     mass: float
     changes: tuple[str, ...]
-    problem: str = ""
+    problems: list[str] = field(default_factory=list)
 
 
 def propose_scenario(
@@ -74,20 +77,41 @@ def propose_scenario(
     """
     survey = survey_robot(file)
     config = RobotConfig(str(file), end_effector or survey.arms[0].end_effector)
-    config.geometry, problem = geometry or config.geometry, ""
+    config.geometry = geometry or config.geometry
     scenario = SingleArmScenario(experiment="custom", arm="arm", robot=config)
+    problems: list[str] = []
     with silent():
-        try:
-            plant, scene_graph, robot = _load(config, WITH_SHAPES)
-        except ConfigurationError as error:
-            plant, scene_graph, robot = _load(config, _WITHOUT)
-            config.geometry, problem = _WITHOUT, str(error)
+        plant, scene_graph, robot = _load_anyhow(config, WITH_SHAPES, problems)
         arm, E = robot.model_instance, robot.end_effector_frame
         model = ControlModel.of_arm(plant, arm, E)
         proposal = propose(plant, arm, E, scene_graph, scenario.sampling.period)
     _fill_in(scenario, proposal)
     mass = float(model.plant.CalcTotalMass(model.plant.CreateDefaultContext()))
-    return OwnRobot(survey, scenario, config, model.joint_names, mass, robot.changes, problem)
+    return OwnRobot(survey, scenario, config, model.joint_names, mass, robot.changes, problems)
+
+
+def _load_anyhow(
+    config: RobotConfig, geometry: str, problems: list[str]
+) -> tuple[MultibodyPlant, SceneGraph, LoadedRobot]:
+    """Loads a robot, if need be with its inertias repaired and without its shapes.
+
+    The configuration then says so, and the problems why.
+    """
+    problem: GeoimpError
+    try:
+        return _load(config, geometry)
+    except ConfigurationError as error:
+        if geometry == _WITHOUT:
+            raise
+        found = _load_anyhow(config, _WITHOUT, problems)
+        config.geometry, problem = _WITHOUT, error
+    except ModelError as error:
+        if config.inertia == _REPAIR:
+            raise
+        config.inertia, problem = _REPAIR, error
+        found = _load_anyhow(config, geometry, problems)
+    problems.insert(0, str(problem))
+    return found
 
 
 def _load(config: RobotConfig, geometry: str) -> tuple[MultibodyPlant, SceneGraph, LoadedRobot]:
@@ -145,18 +169,23 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def said_of(build: Callable[..., object], scenario: Any) -> tuple[list[str], list[str]]:
-    """Builds a scenario's diagram; returns what Drake's log reports, and what it warns of.
+def said_of(build: Callable[[Any], Setup], scenario: Any) -> tuple[list[str], list[str]]:
+    """Builds a scenario, starts it, and returns what Drake's log reports and what it warns of.
+
+    The start lasts for one period of the log: some things are noticed by the first step alone.
 
     Args:
         build: makes the set-up of a scenario, as an experiment's.
         scenario: for it; its open fields are filled in.
 
     Raises:
-        GeoimpError: the scenario cannot be used.
+        GeoimpError: the scenario cannot be used, or its simulation cannot start.
     """
     with _heard() as heard:
-        build(scenario)
+        setup = build(scenario)
+        outcome = simulate(setup.diagram, scenario.simulator, scenario.log_period)
+    if outcome.failure is not None:
+        raise cannot_start(outcome.failure)
     return list(heard.reports), list(heard.warnings)
 
 

@@ -45,8 +45,8 @@ def make_parser() -> argparse.ArgumentParser:
     check = subparsers.add_parser(
         "check",
         help="say what is wrong with a robot or a scenario before it runs",
-        description="Builds it without running it, and prints what was changed to use the robot "
-        "and what is to be warned of.",
+        description="Builds and starts it, and prints what was changed to use the robot and what "
+        "is to be warned of; writes nothing.",
         epilog="Exit status: 0, also with warnings, which are printed; 2 if it cannot be used.",
     )
     check.add_argument(

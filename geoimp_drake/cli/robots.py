@@ -39,7 +39,7 @@ def check_scenario(experiment: Any, scenario: Any) -> None:
 
 def _warnings(own: OwnRobot) -> list[str]:
     _, warnings = said_of(build_single_arm, own.scenario)
-    return [own.problem, *warnings] if own.problem else warnings
+    return [*own.problems, *warnings]
 
 
 def _print(reports: list[str], warnings: list[str]) -> None:

@@ -95,7 +95,7 @@ def run_experiment(
         wait=wait,
     )
     if outcome.failure is not None and outcome.time == 0.0:
-        raise _unusable(outcome.failure)
+        raise cannot_start(outcome.failure)
     log = setup.recorder.collect(outcome.context)
     claims = experiment.claims(log, scenario)
     replay = meshcat if html else None
@@ -120,7 +120,7 @@ def _contents(
         yield "replay.html", replay.StaticHtml()
 
 
-def _unusable(failure: Exception) -> GeoimpError:
+def cannot_start(failure: Exception) -> GeoimpError:
     """Returns the error for a simulation that did not get beyond its start."""
     if isinstance(failure, GeoimpError):
         return failure
