@@ -107,10 +107,11 @@ def write_files(folder: Path, contents: Iterable[tuple[str, bytes | str]]) -> li
         else:
             written.append(name)
     if failed:
+        first = next(iter(failed.values()))
         raise OutputError(
-            f"In {folder} could not be written: {', '.join(failed)} "
-            f"({_reason(next(iter(failed.values())))}). Written: {', '.join(written) or 'nothing'}."
-        )
+            f"In {folder} could not be written: {', '.join(failed)} ({_reason(first)}). "
+            f"Written: {', '.join(written) or 'nothing'}."
+        ) from first
     return [folder / name for name in written]
 
 

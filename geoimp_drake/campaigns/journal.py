@@ -1,18 +1,28 @@
 """What many runs have finished, kept so that it outlives the process: one JSON line a task."""
 
+import errno
 import fcntl
+import io
 import json
+import logging
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import Any, Self
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, OutputError
 from geoimp_drake.output_folder import check_entries
+from geoimp_drake.validation import quoted
 
-__all__ = ["Finished", "Journal"]
+__all__ = ["Fields", "Finished", "Journal"]
+
+Fields = Mapping[str, Any]
+
+_LONGEST = 100  # of a key in an error
+
+_log = logging.getLogger("drake")
 
 
 @dataclass(frozen=True)
@@ -34,17 +44,20 @@ class Journal:
     """A file whose first line is the plan and each other line a finished task.
 
     A line that was cut off, as by a killed process, does not count and is removed before the next
-    is added. While the journal is open (as a context), no other process can open it.
+    is added. A line that is damaged, as by a disk, is skipped with a warning. While the journal is
+    open (as a context), no other process can open it.
 
     Args:
         path: of the file; it and its folder are made when the journal is opened.
         plan: what is run, as JSON data. A file of another plan is refused.
+        fields: types of what a task returns, a mapping, by key; None for any JSON data.
     """
 
-    def __init__(self, path: Path, plan: Mapping[str, Any]):
+    def __init__(self, path: Path, plan: Mapping[str, Any], fields: Fields | None = None):
         self._path = path
         self._plan = json.loads(json.dumps(plan))
-        self._file: BinaryIO | None = None
+        self._fields = fields
+        self._file: io.FileIO | None = None
 
     def read(self) -> dict[str, Finished]:
         """Returns the finished tasks by key; none if there is no file.
@@ -59,23 +72,27 @@ class Journal:
             return {}
         except OSError as error:
             raise ConfigurationError(f"{self._path} cannot be read: {error.strerror}.") from None
-        try:
-            records = [json.loads(line) for line in lines]
-            plans = [record["plan"] for record in records[:1]]
-            tasks = {record.pop("key"): record for record in records[1:]}
-            finished = {key: Finished(**record) for key, record in tasks.items()}
-        except (ValueError, TypeError, KeyError, AttributeError):
-            raise ConfigurationError(
-                f"{self._path} is not a journal of runs; give another folder with --out."
-            ) from None
-        for plan in plans:
-            self._check(plan)
+        if lines:
+            self._check(_plan_in(lines[0], self._path))
+        finished: dict[str, Finished] = {}
+        damaged = []
+        for number, line in enumerate(lines[1:], 2):
+            if entry := self._entry(line):
+                finished |= [entry]
+            else:
+                damaged.append(number)
+        if damaged:
+            _log.warning(
+                f"{self._path}: {len(damaged)} damaged lines are skipped, the first of them line "
+                f"{damaged[0]}. What they held is run again."
+            )
         return finished
 
     def __enter__(self) -> Self:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = open(self._path, "ab", opener=_open_no_link)
+            # Without a buffer: what finds no room must not be tried again at the end.
+            self._file = io.FileIO(self._path, "ab", opener=_open_no_link)
         except OSError as error:
             raise ConfigurationError(
                 f"The output folder {self._path.parent} cannot be written: {error.strerror}. Give "
@@ -95,7 +112,11 @@ class Journal:
         return self
 
     def add(self, key: str, finished: Finished) -> None:
-        """Writes a finished task to the disk at once."""
+        """Writes a finished task to the disk at once.
+
+        Raises:
+            OutputError: that is not possible, as on a full disk; what was written before is kept.
+        """
         self._write({"key": key, **asdict(finished)})
 
     def __exit__(
@@ -110,8 +131,33 @@ class Journal:
     def _write(self, record: dict[str, Any]) -> None:
         if self._file is None:
             raise RuntimeError("The journal is not open.")
-        self._file.write(json.dumps(record, ensure_ascii=False).encode() + b"\n")
-        self._file.flush()
+        line = json.dumps(record, ensure_ascii=False).encode() + b"\n"
+        try:
+            if self._file.write(line) != len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise OutputError(f"{self._path} cannot be written: {error.strerror}.") from error
+
+    def _entry(self, line: bytes) -> tuple[str, Finished] | None:
+        """Returns key and ending of a task as a line has them; None if the line is damaged."""
+        try:
+            record = json.loads(line)
+            key = record.pop("key")
+            finished = Finished(**record)
+            json.dumps([key, record], ensure_ascii=False).encode()  # no half of a character
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            return None
+        fits = isinstance(key, str) and isinstance(finished.wall_time, int | float)
+        if finished.error is None:
+            fits = fits and self._is_result(finished.result)
+        return (key, finished) if fits and isinstance(finished.error, str | None) else None
+
+    def _is_result(self, result: Any) -> bool:
+        if self._fields is None:
+            return True
+        return isinstance(result, dict) and all(
+            isinstance(result.get(name, self), kind) for name, kind in self._fields.items()
+        )
 
     def _check(self, plan: Any) -> None:
         """Raises ConfigurationError, naming what differs, unless the file's plan is this one."""
@@ -129,7 +175,18 @@ def _open_no_link(path: str, flags: int) -> int:
 
 
 def _whole_lines(content: bytes) -> list[bytes]:
-    return [line for line in content.splitlines(keepends=True) if line.endswith(b"\n")]
+    """Returns all lines but one that was cut off."""
+    return [line + b"\n" for line in content.split(b"\n")[:-1]]
+
+
+def _plan_in(line: bytes, path: Path) -> Any:
+    """Returns the plan that a journal's first line has."""
+    try:
+        return json.loads(line)["plan"]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise ConfigurationError(
+            f"{path} is not a journal of runs; give another folder with --out."
+        ) from None
 
 
 def _differences(there: Any, now: Any, path: str = "") -> Iterator[str]:
@@ -139,8 +196,11 @@ def _differences(there: Any, now: Any, path: str = "") -> Iterator[str]:
             inner = f"{path}.{key}" if path else key
             yield from _differences(there.get(key), now.get(key), inner)
     elif json.dumps(there) != json.dumps(now):  # NaN equals itself here
-        yield f"{path} is {_shown(there)} there and {_shown(now)} here"
+        name = path if len(path) <= _LONGEST and path.isprintable() else quoted(path)
+        yield f"{name} is {_shown(there)} there and {_shown(now)} here"
 
 
 def _shown(value: Any) -> str:
-    return "not given" if value is None else json.dumps(value, ensure_ascii=False)
+    if isinstance(value, dict):
+        return f"a mapping of {len(value)} keys"
+    return "not given" if value is None else quoted(value)

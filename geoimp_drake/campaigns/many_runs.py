@@ -19,8 +19,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from geoimp_drake.campaigns.journal import Finished, Journal
-from geoimp_drake.errors import ConfigurationError, one_line
+from geoimp_drake.campaigns.journal import Fields, Finished, Journal
+from geoimp_drake.errors import ConfigurationError, OutputError, one_line
 from geoimp_drake.validation import whole_number
 
 __all__ = ["check_jobs", "run_many"]
@@ -66,12 +66,14 @@ def run_many(
     plan: Mapping[str, Any],
     scheduler: str | None = None,
     label: str = "geoimp",
+    fields: Fields | None = None,
     is_current: Callable[[str, Finished], bool] = lambda key, finished: True,
 ) -> dict[str, Finished]:
     """Runs a function on every task that is not in the journal yet.
 
-    A task that raises is finished, with its error. A task that repeatedly takes its process down
-    has an error too, but is not put into the journal, so that the next start tries it again.
+    A task that raises is finished, with its error. Where the machine is the cause, or the task
+    repeatedly takes its process down, the error is not put into the journal, so that the next start
+    tries the task again.
 
     Args:
         tasks: by key.
@@ -83,6 +85,8 @@ def run_many(
             with fewer or more tasks of the same plan is not.
         scheduler: address of a Dask scheduler whose workers are used instead of own processes.
         label: name of the command; stands before the progress bar and in errors.
+        fields: types of what `function` returns, a mapping, by key; a line of the journal that does
+            not fit is skipped. None for any JSON data.
         is_current: takes the key of a task in the journal and how it ended. If it returns False,
             the task is run again.
 
@@ -92,9 +96,10 @@ def run_many(
     Raises:
         ConfigurationError: fewer than one job, an extra is missing, the scheduler does not answer,
             or the journal cannot be used; nothing has been written. Or the scheduler is lost later.
+        OutputError: the disk is full; what had ended before is kept.
     """
     check_jobs(jobs, label)
-    book = Journal(journal, plan)
+    book = Journal(journal, plan, fields)
     done = {key: ended for key, ended in book.read().items() if is_current(key, ended)}
     missing = {key: task for key, task in tasks.items() if key not in done}
     if missing:
@@ -102,9 +107,19 @@ def run_many(
             ended = _run(client, missing, function)
             for key, finished, kept in _with_progress(ended, len(tasks), len(missing), label):
                 if kept:
-                    book.add(key, finished)
+                    _keep(book, key, finished, f"{len(done)} of {len(tasks)}")
                 done[key] = finished
     return {key: done[key] for key in tasks}
+
+
+def _keep(book: Journal, key: str, finished: Finished, before: str) -> None:
+    """Puts a finished task into the journal; the error says how many were kept before."""
+    try:
+        book.add(key, finished)
+    except OutputError as error:
+        raise OutputError(
+            f"{error} {before} runs are kept; start the same again for the others."
+        ) from error
 
 
 def check_jobs(jobs: int, label: str) -> None:
@@ -210,17 +225,33 @@ def _run(
         yield (futures[future], *_ending(future))
 
 
-def _attempt(function: Callable[[Any], Any], task: Any) -> Finished:
-    """Runs one task, in a process of Dask's; what it says on stderr is not shown."""
+def _attempt(function: Callable[[Any], Any], task: Any) -> tuple[Finished, bool]:
+    """Runs one task, in a process of Dask's; what it says on stderr is not shown.
+
+    Returns how it ended, and whether that is final.
+    """
     start = time.perf_counter()
-    result, error = None, None
+    result, error, final = None, None, True
     try:
         # A progress bar or message of this task's own would break the one of all tasks.
         with contextlib.redirect_stderr(io.StringIO()):
             result = function(task)
     except (Exception, SystemExit) as raised:  # Drake ends the process on some input
         error = f"{type(raised).__name__}: {one_line(raised)}"
-    return Finished(result, error, time.perf_counter() - start)
+        final = not _is_of_the_machine(raised)
+    return Finished(result, error, time.perf_counter() - start), final
+
+
+def _is_of_the_machine(error: BaseException | None) -> bool:
+    """Whether an error began with a package, a file, room or memory that is missing here.
+
+    It may be there another time, whatever error of this library was made of it.
+    """
+    while error is not None:
+        if isinstance(error, OSError | ImportError | MemoryError):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _ending(future: Any) -> tuple[Finished, bool]:
@@ -228,7 +259,8 @@ def _ending(future: Any) -> tuple[Finished, bool]:
     from distributed import KilledWorker
 
     try:
-        return future.result(), True
+        finished, final = future.result()
+        return finished, final
     except KilledWorker as error:
         why = f"The process that ran it was lost, {error.allowed_failures + 1} times."
     except (concurrent.futures.CancelledError, asyncio.CancelledError):

@@ -25,7 +25,13 @@ from geoimp_drake.campaigns.many_runs import check_jobs, run_many
 from geoimp_drake.campaigns.report import REPORT, check_report, write_report
 from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
 from geoimp_drake.campaigns.study import Study
-from geoimp_drake.campaigns.study_run import StudyRun, identity_of, is_current, run_study_run
+from geoimp_drake.campaigns.study_run import (
+    RUN_FIELDS,
+    StudyRun,
+    identity_of,
+    is_current,
+    run_study_run,
+)
 from geoimp_drake.output_folder import check_folder
 from geoimp_drake.scenario.loading import plain_data, read_yaml
 from geoimp_drake.simulation.experiment import RUN_FILES
@@ -69,7 +75,7 @@ def reproduce(
     check_report(label)
     check_folder(out, _files(studies))
     runs = _runs(studies, out.absolute(), duration, seed)
-    done = Journal(out / JOURNAL, PLAN).read()
+    done = Journal(out / JOURNAL, PLAN, RUN_FIELDS).read()
     missing = [
         run for key, run in runs.items() if key not in done or not is_current(run, done[key])
     ]
@@ -82,6 +88,7 @@ def reproduce(
         journal=out / JOURNAL,
         plan=PLAN,
         label=label,
+        fields=RUN_FIELDS,
         is_current=lambda key, ended: key in runs and is_current(runs[key], ended),
     )
     results = tuple(_result(study, out, finished) for study in studies)

@@ -11,9 +11,12 @@ from typing import Any
 
 from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.errors import one_line
-from geoimp_drake.simulation.experiment import run_experiment, versions
+from geoimp_drake.simulation.experiment import RUN_FILES, run_experiment, versions
 
-__all__ = ["StudyRun", "identity_of", "is_current", "run_study_run"]
+__all__ = ["RUN_FIELDS", "StudyRun", "identity_of", "is_current", "run_study_run"]
+
+# Of what `run_study_run` returns.
+RUN_FIELDS = {"identity": str, "files": dict, "failure": str | None}
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -63,8 +66,11 @@ def is_current(run: StudyRun, finished: Finished) -> bool:
     """
     if not finished.result or finished.result["identity"] != run.identity:
         return False
-    files = finished.result["files"].items()
-    return all(_is_unchanged(run.folder / name, digest) for name, digest in files)
+    files = finished.result["files"]
+    expected = {name for name in RUN_FILES if run.html or name != "replay.html"}
+    return expected <= files.keys() and all(
+        _is_unchanged(run.folder / name, digest) for name, digest in files.items()
+    )
 
 
 def _is_unchanged(path: Path, digest: str) -> bool:

@@ -17,7 +17,7 @@ from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.many_runs import run_many
 from geoimp_drake.campaigns.sweep_figures import peaks_figure, success_map
 from geoimp_drake.campaigns.sweep_plan import Draw, SweepPlan, setting
-from geoimp_drake.campaigns.sweep_sample import Sample, run_sample
+from geoimp_drake.campaigns.sweep_sample import SAMPLE_FIELDS, Sample, run_sample
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import dump_scenario, list_index, plain_data
@@ -89,6 +89,7 @@ def run_sweep(
         plan=_identity(experiment, data, plan),
         scheduler=scheduler,
         label="geoimp sweep",
+        fields=SAMPLE_FIELDS,
     )
     rows = [_row(draw, finished[str(draw.index)]) for draw in draws]
     contents: list[tuple[str, bytes | str]] = [

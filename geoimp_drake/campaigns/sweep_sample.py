@@ -10,7 +10,16 @@ from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.typing import Array
 
-__all__ = ["Sample", "run_sample"]
+__all__ = ["SAMPLE_FIELDS", "Sample", "run_sample"]
+
+# Of what `run_sample` returns.
+SAMPLE_FIELDS = {
+    "success": bool,
+    "peak_force": float,
+    "peak_moment": float,
+    "values": dict,
+    "failure": str | None,
+}
 
 Values = dict[str, float | bool | None]
 

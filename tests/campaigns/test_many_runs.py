@@ -3,8 +3,12 @@
 import collections
 import concurrent.futures
 import copy
+import dataclasses
 import json
 import os
+import re
+import resource
+import signal
 import socket
 import ssl
 import subprocess
@@ -22,7 +26,7 @@ from listening import Address, listening
 from geoimp_drake.campaigns import many_runs
 from geoimp_drake.campaigns.journal import Finished, Journal
 from geoimp_drake.campaigns.many_runs import run_many
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, OutputError
 
 PLAN = {"experiment": "none", "seed": 1, "vary": {"x": [0.0, 1.0]}}
 
@@ -327,13 +331,113 @@ def test_a_journal_of_another_plan_is_refused_by_naming_what_differs(journal, pl
     assert journal.read_bytes() == before
 
 
-@pytest.mark.parametrize("content", ["text\n", "[]\n[]\n", '{"plan": {}}\n{"key": "a"}\n', "[1]\n"])
+@pytest.mark.parametrize("content", ["text", "[]\n[]", "[1]", "\0" * 512, "[" * 10**5])
 def test_a_file_that_is_no_journal_is_refused_and_left_alone(journal, content):
     journal.parent.mkdir()
-    journal.write_text(content)
+    journal.write_text(f"{content}\n")
     with pytest.raises(ConfigurationError, match="is not a journal of runs"):
         Journal(journal, PLAN).read()
-    assert journal.read_text() == content
+    assert journal.read_text() == f"{content}\n"
+
+
+FIELDS = {"x": float, "holds": bool | None}
+WHOLE = '{"key": "k", "result": {"x": 0.5, "holds": null}, "error": null, "wall_time": 1.0}'
+DAMAGED = [
+    "\0" * 4096,
+    "\0" * 100 + WHOLE,
+    "\r",
+    "[]",
+    '{"key": "a"}',
+    WHOLE.replace('{"x": 0.5, "holds": null}', "5"),
+    WHOLE.replace('{"x": 0.5, "holds": null}', "null"),
+    WHOLE.replace("0.5", '"half"'),
+    WHOLE.replace(', "holds": null', ""),
+    WHOLE.replace('"k"', "[1]"),
+    WHOLE.replace('"k"', '"\\ud800"'),
+    WHOLE.replace("1.0", '"long"'),
+    WHOLE.replace("1.0", "1" * 5000),
+    WHOLE.replace('"error": null', '"error": 5'),
+    WHOLE.replace("}}", '}, "more": 1}').replace(', "error"', ', "mistake"'),
+    "[" * 10**5,
+]
+
+
+@pytest.mark.parametrize("line", DAMAGED, ids=range(len(DAMAGED)))
+def test_a_damaged_line_is_skipped_and_said_and_the_others_count(journal, line, caplog):
+    written(journal)
+    with journal.open("a") as file:
+        file.write(f"{line}\n{WHOLE}\n")
+    read = Journal(journal, PLAN, FIELDS).read()
+    assert list(read) == ["task 0", "k"]
+    assert read["k"] == Finished({"x": 0.5, "holds": None}, None, 1.0)
+    (said,) = caplog.messages
+    assert re.search(r"1 damaged lines are skipped, the first of them line 3\.", said)
+    with Journal(journal, PLAN, FIELDS) as book:  # nothing behind it is cut off
+        book.add("after", read["k"])
+    assert list(Journal(journal, PLAN, FIELDS).read()) == ["task 0", "k", "after"]
+
+
+def test_a_task_whose_line_is_damaged_is_run_again(journal, scheduler, tmp_path, caplog):
+    tasks = [(str(tmp_path), number) for number in range(4)]
+    run(many_tasks.noted, tasks, journal, scheduler)
+    lines = journal.read_bytes().splitlines(keepends=True)
+    (lost,) = (k for k, line in enumerate(lines) if b"task 2" in line)
+    lines[lost] = bytes(len(lines[lost]) - 1) + b"\n"
+    journal.write_bytes(b"".join(lines))
+    done = run(many_tasks.noted, tasks, journal, scheduler)
+    assert [finished.result for finished in done] == [number**2 for number in range(4)]
+    assert [len((tmp_path / str(n)).read_text()) // 4 for n in range(4)] == [1, 1, 2, 1]
+    assert "1 damaged lines are skipped" in caplog.text
+
+
+def test_an_error_that_the_machine_caused_is_tried_again(journal, scheduler, tmp_path):
+    kinds = ["extra", "file", "disk", "memory", "input"]
+    tasks = [(str(tmp_path), kind) for kind in kinds]
+    first = run(many_tasks.lacking, tasks, journal, scheduler)
+    assert [finished.error is None for finished in first] == [False] * 5
+    assert "pip install" in first[0].error
+    assert keys_in(journal) == ["task 4"]
+    (tmp_path / "installed").touch()
+    again = run(many_tasks.lacking, tasks, journal, scheduler)
+    assert [finished.result for finished in again] == [*kinds[:4], None]
+    assert again[4] == first[4]
+
+
+def test_on_a_full_disk_what_ended_before_is_kept(journal, scheduler, monkeypatch):
+    real = Journal.add
+
+    def add(book, key, finished):
+        if finished.result == 4:
+            # Longer than what is left of a limit that the system keeps; its error is as a disk's.
+            finished = dataclasses.replace(finished, result="x" * 10**5)
+        real(book, key, finished)
+
+    monkeypatch.setattr(Journal, "add", add)
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10**4, limit[1]))
+    try:
+        kept = r"cannot be written: .*\. \d of 3 runs are kept; start the same again"
+        with pytest.raises(OutputError, match=kept):
+            run(many_tasks.square, range(3), journal, scheduler)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        signal.signal(signal.SIGXFSZ, handler)
+    monkeypatch.setattr(Journal, "add", real)
+    kept = Journal(journal, PLAN).read()
+    assert all(len(str(finished.result)) == 1 for finished in kept.values())
+    done = run(many_tasks.square, range(3), journal, scheduler)
+    assert [finished.result for finished in done] == [0, 1, 4]
+
+
+def test_what_differs_is_said_in_one_short_line(journal):
+    long = {"scenario": {f"key {k}": list(range(100)) for k in range(100)}, "\n" * 1000: 1}
+    with Journal(journal, long):
+        pass
+    with pytest.raises(ConfigurationError) as raised:
+        Journal(journal, PLAN).read()
+    assert "\n" not in str(raised.value)
+    assert len(str(raised.value)) < 600 + len(str(journal.parent))
 
 
 def test_two_processes_do_not_write_one_journal(journal):

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import distributed
 
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.output_folder import write_file
+
 
 def square(number: int) -> int:
     return number**2
@@ -56,3 +59,24 @@ def surroundings(_: int) -> dict[str, object]:
         "profiled": "profile" in distributed.get_worker().periodic_callbacks,
         "interruptible": signal.getsignal(signal.SIGINT) != signal.SIG_IGN,
     }
+
+
+def lacking(task: tuple[str, str]) -> str:
+    """Lacks something of the machine, until there is a file `installed`; an input never works."""
+    folder, kind = task
+    if (Path(folder) / "installed").exists() and kind != "input":
+        return kind
+    try:
+        if kind == "extra":
+            import no_such_package  # noqa: F401
+        if kind == "file":
+            Path(folder, "missing").read_text()
+        if kind == "memory":
+            raise MemoryError
+    except ImportError:
+        raise ConfigurationError("pip install 'geoimp_drake[extra]'") from None
+    except OSError as error:
+        raise ConfigurationError("cannot be read") from error
+    if kind == "disk":
+        write_file(Path("/proc/nowhere"), "")
+    raise ConfigurationError("cannot be used")
