@@ -133,10 +133,10 @@ class SetupBuilder(Generic[Models]):
                 self.builder, self._meshcat, self.plant, controller, pushed, push=push
             )
 
-    def frame_models(self) -> None:
+    def frame_models(self, E: Frame) -> None:
         """Has Meshcat's camera look at what is there instead of where the cell's arm would be."""
         if self._meshcat is not None:
-            frame_models(self._meshcat, self.plant, self._scene_graph)
+            frame_models(self._meshcat, self.plant, self._scene_graph, E)
 
     def build(self, events: Sequence[Event] = ()) -> Setup:
         """Returns the set-up; `events` happen to its diagram from outside on the way."""

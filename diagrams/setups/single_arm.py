@@ -62,7 +62,7 @@ def build_single_arm(
     setup.record_surface(scenario.surface, np.zeros(3))
     setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
     if scenario.robot is not None:
-        setup.frame_models()
+        setup.frame_models(E)
     return setup.build()
 
 

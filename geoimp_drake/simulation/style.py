@@ -32,7 +32,7 @@ _PHASE_COLOURS = ("#00000008", "#00000014")
 # How much higher an axis becomes for upright names, so that they stand above the curves.
 _ROOM = 1.2
 # Half of the least range that an axis shows, by the unit in its label.
-_FLOORS = {"mm": 0.01, "m": 1e-5, "N": 0.1, "Nm": 0.01, "rad": 1e-3, "rad²": 1e-6, "-": 1e-3}
+_FLOORS = {"mm": 0.1, "m": 1e-4, "N": 0.1, "Nm": 0.01, "rad": 1e-3, "rad²": 1e-6, "-": 1e-3}
 
 
 def figure_style() -> AbstractContextManager[None]:

@@ -18,7 +18,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
+from pydrake.multibody.tree import BodyIndex, Frame
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from geoimp_drake.systems.frame_motion import POSITION, frame_motion_vector, pose_of
@@ -40,7 +40,7 @@ _FORCE_SCALE, _MOMENT_SCALE = 0.005, 0.05  # [m/N, m/Nm]
 _FORCE_COLOUR, _MOMENT_COLOUR = Rgba(0.9, 0.62, 0.0), Rgba(0.8, 0.47, 0.65)
 _SMALLEST_ARROW = 1e-3  # [m]
 _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T  # of a box's corners (3×8)
-# From where models are seen, and from how many of their radii: Meshcat shows ±37.5°.
+# From where models are seen whose hand is at +x, and from how many radii: Meshcat shows ±37.5°.
 _VIEW_FROM, _VIEW_DISTANCE = np.array([0.68, -0.68, 0.28]), 1.6
 
 
@@ -100,23 +100,30 @@ def frame_period(step: float) -> float:
     return period
 
 
-def frame_models(meshcat: Meshcat, plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Places Meshcat's camera so that all bodies but the world fill the view.
+def frame_models(
+    meshcat: Meshcat, plant: MultibodyPlant, scene_graph: SceneGraph, E: Frame
+) -> None:
+    """Places Meshcat's camera so that all bodies but the world fill the view, beside the hand.
 
     Args:
         meshcat: whose camera it is.
         plant: finalized; its default positions are looked at.
         scene_graph: has the bodies' shapes.
+        E: of the hand, which is turned towards the camera by 45°.
     """
-    corners = _corners(plant, scene_graph.model_inspector())
+    context = plant.CreateDefaultContext()
+    corners = _corners(plant, context, scene_graph.model_inspector())
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    meshcat.SetCameraPose(middle + _VIEW_DISTANCE * max(radius, 0.1) * _VIEW_FROM, middle)
+    reach = E.CalcPoseInWorld(context).translation() - middle
+    R_WR = RotationMatrix.MakeZRotation(np.arctan2(reach[1], reach[0]))
+    away: Array = R_WR @ (_VIEW_DISTANCE * max(radius, 0.1) * _VIEW_FROM)
+    meshcat.SetCameraPose(middle + away, middle)
 
 
-def _corners(plant: MultibodyPlant, inspector: SceneGraphInspector) -> Array:
+def _corners(plant: MultibodyPlant, context: Context, inspector: SceneGraphInspector) -> Array:
     """Returns the origins of all bodies in W, and the corners of boxes around their shapes."""
-    context, corners = plant.CreateDefaultContext(), []
+    corners = []
     for body in (plant.get_body(BodyIndex(k)) for k in range(1, plant.num_bodies())):
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         corners.append(X_WB.translation()[np.newaxis])

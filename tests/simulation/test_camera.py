@@ -5,7 +5,7 @@ import pytest
 from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import SpatialInertia
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.simulation.visualization import frame_models
@@ -29,11 +29,16 @@ def test_models_of_any_size_fill_the_view(size):
     plant.RegisterVisualGeometry(body, X_BG, Box(*size), "box", np.ones(4))
     X_WB = RigidTransform([3.0, -2.0, 1.0])
     plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
+    X_BE = RigidTransform([0.0, 0.01, 0.0])
+    E = plant.AddFrame(FixedOffsetFrame("E", body.body_frame(), X_BE))
     plant.Finalize()
     camera = Camera()
-    frame_models(camera, plant, scene_graph)
+    frame_models(camera, plant, scene_graph, E)
     middle = X_WB.translation() + X_BG.translation()
     np.testing.assert_allclose(camera.target, middle, atol=1e-9)
+    # The hand is at +y of the middle, the camera between that and +x.
+    away = camera.place - camera.target
+    assert np.arctan2(away[1], away[0]) == pytest.approx(np.pi / 4)
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
     corners = middle + signs * np.array(size) / 2
     towards = (camera.target - camera.place) / np.linalg.norm(camera.target - camera.place)
