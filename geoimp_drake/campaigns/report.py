@@ -5,9 +5,6 @@ from typing import Any
 
 from geoimp_drake.campaigns.reproduction import (
     CONTRAST,
-    FAILS,
-    HOLDS,
-    NOT_REACHED,
     Judged,
     Reproduction,
     StudyResult,
@@ -15,6 +12,7 @@ from geoimp_drake.campaigns.reproduction import (
 )
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import write_file
+from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED
 from geoimp_drake.simulation.experiment import versions
 
 __all__ = ["REPORT", "check_report", "write_report"]
@@ -22,7 +20,13 @@ __all__ = ["REPORT", "check_report", "write_report"]
 REPORT = "report.html"
 
 _TEMPLATE = Path(__file__).with_name("report.html.jinja")
-_STYLES = {HOLDS: "holds", FAILS: "fails", CONTRAST: "contrast", NOT_REACHED: "open"}
+_STYLES = {
+    HOLDS: "holds",
+    FAILS: "fails",
+    CONTRAST: "contrast",
+    NOT_REACHED: "open",
+    REPORTED: "open",
+}
 # What a run leaves besides figures, with the words of its link.
 _LINKS = {
     "replay.html": "replay",
@@ -64,7 +68,11 @@ def _contents(reproduction: Reproduction) -> dict[str, Any]:
     """Returns what the template shows."""
     counts = reproduction.count()
     return {
-        "counts": [(verdict, style, counts[verdict]) for verdict, style in _STYLES.items()],
+        "counts": [
+            (verdict, style, counts[verdict])
+            for verdict, style in _STYLES.items()
+            if counts[verdict] or verdict != REPORTED
+        ],
         "failures": reproduction.failures(),
         "sections": [_section(study) for study in reproduction.studies],
         "versions": versions(),
@@ -125,8 +133,8 @@ def _number(name: str) -> str:
 def _row(judged: Judged) -> dict[str, str]:
     return {
         "claim": judged.claim.claim,
-        "value": judged.value,
-        "bound": judged.bound,
+        "value": judged.claim.value_text,
+        "bound": judged.claim.bound_text,
         "verdict": judged.verdict,
         "style": _STYLES[judged.verdict],
         "reason": judged.reason,

@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.study import Study, Variant
-from geoimp_drake.simulation.claims import Claim
+from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED, Claim
 
 __all__ = [
     "CONTRAST",
-    "FAILS",
-    "HOLDS",
-    "NOT_REACHED",
     "Judged",
     "Reproduction",
     "StudyResult",
@@ -23,10 +20,7 @@ __all__ = [
     "format_reproduction",
 ]
 
-HOLDS, FAILS, NOT_REACHED = "holds", "FAILS", "not reached"
 CONTRAST = "broken on purpose"  # by a variant that shows what happens otherwise
-
-_VERDICTS = {True: HOLDS, False: FAILS, None: NOT_REACHED}
 
 
 class Judged(NamedTuple):
@@ -35,17 +29,6 @@ class Judged(NamedTuple):
     claim: Claim
     verdict: str
     reason: str = ""
-
-    @property
-    def value(self) -> str:
-        """The value with its unit."""
-        value, unit = self.claim.value, self.claim.unit
-        return "–" if value is None else f"{value:.4g} {unit}".strip()
-
-    @property
-    def bound(self) -> str:
-        """The bound with its unit."""
-        return f"{self.claim.bound} {self.claim.unit}".strip()
 
 
 @dataclass(frozen=True)
@@ -86,7 +69,7 @@ class VariantResult:
     def _judge(self, claim: Claim) -> Judged:
         reason = self.variant.contrast.get(claim.claim)
         if reason is None or claim.holds is None:
-            return Judged(claim, _VERDICTS[claim.holds])
+            return Judged(claim, claim.verdict)
         if claim.holds:
             return Judged(claim, FAILS, f"was to be broken: {reason}")
         return Judged(claim, CONTRAST, reason)
@@ -110,7 +93,7 @@ class StudyResult:
 
     def judged_across(self) -> list[Judged]:
         """Returns every claim across the runs with its verdict."""
-        return [Judged(claim, _VERDICTS[claim.holds]) for claim in self.across]
+        return [Judged(claim, claim.verdict) for claim in self.across]
 
 
 @dataclass(frozen=True)
@@ -155,10 +138,10 @@ class Reproduction:
 def format_reproduction(reproduction: Reproduction) -> str:
     """Returns the summary for a terminal: claims by verdict, and each that fails."""
     counts = reproduction.count()
-    order = (HOLDS, FAILS, CONTRAST, NOT_REACHED)
+    order = (HOLDS, FAILS, CONTRAST, NOT_REACHED, REPORTED)
     summary = ", ".join(f"{counts[verdict]} {verdict}" for verdict in order if counts[verdict])
     failing = [
-        f"  {run}: {judged.claim.claim}: {judged.value}, bound {judged.bound}"
+        f"  {run}: {judged.claim.claim}: {judged.claim.value_text}, bound {judged.claim.bound_text}"
         for run, judged in reproduction.judged()
         if judged.verdict == FAILS
     ]

@@ -9,6 +9,10 @@ from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "FAILS",
+    "HOLDS",
+    "NOT_REACHED",
+    "REPORTED",
     "Claim",
     "at_least",
     "at_most",
@@ -20,6 +24,8 @@ __all__ = [
     "within",
 ]
 
+HOLDS, FAILS, NOT_REACHED, REPORTED = "holds", "FAILS", "not reached", "reported"
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -28,14 +34,14 @@ class Claim:
     Attributes:
         claim: what is claimed, in words.
         value: the number from the log, None if the run ended before it could be taken.
-        bound: what the number is held against.
+        bound: what the number is held against, None if it is only reported.
         unit: of the number; empty for a ratio.
-        holds: whether it keeps the bound, None if the number could not be taken.
+        holds: whether it keeps the bound, None if there is none or no number could be taken.
     """
 
     claim: str
     value: float | None
-    bound: str
+    bound: str | None
     unit: str
     holds: bool | None
 
@@ -43,15 +49,34 @@ class Claim:
         """Returns the claim for metrics.json."""
         return asdict(self)
 
+    @property
+    def verdict(self) -> str:
+        """Whether it holds, in words."""
+        if self.value is None:
+            return NOT_REACHED
+        return REPORTED if self.bound is None else HOLDS if self.holds else FAILS
+
+    @property
+    def value_text(self) -> str:
+        """The value with its unit."""
+        return "–" if self.value is None else f"{self.value:.4g} {self.unit}".strip()
+
+    @property
+    def bound_text(self) -> str:
+        """The bound with the unit."""
+        return "–" if self.bound is None else f"{self.bound} {self.unit}".strip()
+
 
 def at_most(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a value does not exceed a bound."""
-    return _claim(claim, value, f"≤ {bound:g}", unit, value is not None and value <= bound)
+    """Returns the claim that a value does not exceed a bound; one of infinity is none."""
+    text = f"≤ {bound:g}" if np.isfinite(bound) else None
+    return _claim(claim, value, text, unit, value is not None and value <= bound)
 
 
 def at_least(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a value reaches a bound."""
-    return _claim(claim, value, f"≥ {bound:g}", unit, value is not None and value >= bound)
+    """Returns the claim that a value reaches a bound; one of minus infinity is none."""
+    text = f"≥ {bound:g}" if np.isfinite(bound) else None
+    return _claim(claim, value, text, unit, value is not None and value >= bound)
 
 
 def within(
@@ -62,10 +87,10 @@ def within(
     return _claim(claim, value, f"{target:g} ± {100 * tolerance:g} %", unit, holds)
 
 
-def _claim(claim: str, value: float | None, bound: str, unit: str, holds: bool) -> Claim:
-    if value is None:
-        return Claim(claim, None, bound, unit, None)
-    return Claim(claim, float(value), bound, unit, bool(holds))
+def _claim(claim: str, value: float | None, bound: str | None, unit: str, holds: bool) -> Claim:
+    number = None if value is None else float(value)
+    judged = number is not None and bound is not None
+    return Claim(claim, number, bound, unit, bool(holds) if judged else None)
 
 
 def phase_reached(log: Mapping[str, Array], end: float) -> bool:
@@ -97,15 +122,8 @@ def normal_stiffness(log: Mapping[str, Array], arm: str, samples: Array) -> floa
 
 def format_claims(claims: list[Claim]) -> str:
     """Returns the claims as a table for a terminal."""
-    verdict = {True: "holds", False: "FAILS", None: "not reached"}
     rows = [("claim", "value", "bound", "")] + [
-        (
-            claim.claim,
-            "–" if claim.value is None else f"{claim.value:.4g} {claim.unit}".strip(),
-            f"{claim.bound} {claim.unit}".strip(),
-            verdict[claim.holds],
-        )
-        for claim in claims
+        (claim.claim, claim.value_text, claim.bound_text, claim.verdict) for claim in claims
     ]
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     return "\n".join(

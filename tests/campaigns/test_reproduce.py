@@ -17,12 +17,12 @@ from matplotlib.image import imread
 from geoimp_drake import cli
 from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished
-from geoimp_drake.campaigns.reproduction import CONTRAST, FAILS, HOLDS, VariantResult
+from geoimp_drake.campaigns.reproduction import CONTRAST, VariantResult
 from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments import reproduction
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS, get_experiment
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
-from geoimp_drake.simulation.claims import Claim
+from geoimp_drake.simulation.claims import FAILS, HOLDS, Claim
 
 SHORT = ("--duration", "0.1", "--jobs", "2")
 STUDIES = reproduction.studies()

@@ -42,7 +42,11 @@ def test_the_file_is_run_by_its_name_alone(tmp_path, capsys):
     assert "stiffness: 900" in (out / "scenario.yaml").read_text()
     assert (out / "custom.png").exists()
     metrics = json.loads((out / "metrics.json").read_text())
-    assert [claim["holds"] for claim in metrics["claims"]] == [None, None, None, True, True]
+    assert [claim["holds"] for claim in metrics["claims"]] == [None] * 5
+    # Where the sensor measures whatever comes, the largest component is a number and no claim.
+    assert [claim["bound"] for claim in metrics["claims"][3:]] == [None, None]
+    assert all(claim["value"] is not None for claim in metrics["claims"][3:])
+    assert capsys.readouterr().out.count("reported") == 2
 
 
 LIGHT7 = ROOT / "tests" / "robot_files" / "cases" / "light7.urdf"
