@@ -1,8 +1,11 @@
 """Meshes that Drake does not read (STL, COLLADA and others), converted once and kept."""
 
 import hashlib
+import io
+import logging
 import shutil
 import tempfile
+import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -12,6 +15,8 @@ import numpy as np
 from geoimp_drake.errors import ConfigurationError
 
 __all__ = ["convert_mesh", "is_read_by_drake", "mesh_cache"]
+
+_log = logging.getLogger("drake")
 
 _READ_BY_DRAKE = (".obj", ".gltf", ".vtk")
 _OBJ, _MTL = "mesh.obj", "mesh.mtl"
@@ -58,14 +63,14 @@ def convert_mesh(mesh: Path, cache: Path | None = None) -> Path:
 def _as_obj(mesh: Path) -> dict[str, bytes]:
     """Returns the files that a mesh becomes, by name."""
     try:
-        import collada  # noqa: F401  (trimesh reads COLLADA through it)
-        import trimesh
+        import collada  # noqa: F401  (COLLADA is read through it)
+        from trimesh import load_scene
         from trimesh.exchange.obj import export_obj
     except ImportError as error:
         raise _missing(error) from None
     # What its many readers raise is not one kind of exception.
     try:
-        scene = trimesh.load_scene(mesh)
+        scene = _collada_scene(mesh) if mesh.suffix.lower() == ".dae" else load_scene(mesh)
         if scene.units not in (None, "meters"):
             scene = scene.convert_units("meters")
         _as_materials(scene.geometry.values())
@@ -84,6 +89,25 @@ def _as_obj(mesh: Path) -> dict[str, bytes]:
     # Drake reads an OBJ of one object.
     lines = [line for line in text.splitlines() if not line.startswith("o ")]
     return {_OBJ: "\n".join([*lines, ""]).encode(), **beside}
+
+
+def _collada_scene(mesh: Path) -> Any:
+    """Returns a COLLADA file's scene; where a material is broken, all are left out.
+
+    Its reader would leave out the shapes that have such a material.
+    """
+    from collada import Collada, DaeError
+    from trimesh import load_scene
+
+    broken = Collada(str(mesh), ignore=[DaeError]).errors
+    if not broken:
+        return load_scene(mesh)
+    _log.warning(f"{mesh} is shown without its materials: {broken[0].msg}.")
+    root = ET.fromstring(mesh.read_bytes())
+    for parent in root.iter():
+        for bound in parent.findall("{*}bind_material"):
+            parent.remove(bound)
+    return load_scene(io.BytesIO(ET.tostring(root)), file_type="dae")
 
 
 def _as_materials(parts: Iterable[Any]) -> None:

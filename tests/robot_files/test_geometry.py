@@ -122,6 +122,15 @@ def test_a_mesh_keeps_its_materials(tmp_path):
     assert [text.count(word) for word in ("usemtl", "mtllib mesh.mtl", "\no ")] == [2, 1, 0]
 
 
+def test_a_mesh_with_a_broken_material_is_whole_and_without_colours(tmp_path, caplog):
+    mesh = tmp_path / "shell.dae"
+    mesh.write_text(painted(("1 0 0", "0 0 0.5")).replace('<effect id="e1">', '<effect id="e7">'))
+    obj = convert_mesh(mesh, tmp_path / "cache")
+    assert obj.read_text().count("\nf ") == 4
+    assert not (obj.parent / "mesh.mtl").exists()
+    assert "shell.dae is shown without its materials: Effect not found: #e1." in caplog.text
+
+
 def test_a_mesh_keeps_colours_of_vertices_and_textures(tmp_path):
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     box.visual.vertex_colors = [10, 200, 30, 255]
