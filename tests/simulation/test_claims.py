@@ -41,7 +41,7 @@ INFINITY = float("inf")
 def test_a_verdict_needs_a_number_and_a_bound(claim, verdict):
     assert claim.verdict == verdict
     assert (claim.holds is None) == (verdict in (NOT_REACHED, REPORTED))
-    assert Claim(**json.loads(json.dumps(claim.as_dict()))) == claim
+    assert repr(Claim(**json.loads(json.dumps(claim.as_dict())))) == repr(claim)
 
 
 def test_a_table_has_the_number_without_a_verdict():
