@@ -47,7 +47,7 @@ class Drive:
         Args:
             name: the actuator's.
             rotor: its inertia before the gear [kg m² or kg].
-            gear: its ratio, not zero.
+            gear: its ratio.
             limit: of the effort at the joint [Nm or N].
             is_servo: whether it takes something else than a torque.
         """
@@ -58,7 +58,7 @@ class Drive:
             actuator=self.actuator or name,
             is_servo=self.is_servo or is_servo,
             effort_limit=min(self.effort_limit, limit),
-            rotor_inertia=felt / ratio**2,
+            rotor_inertia=felt / ratio**2 if ratio else rotor,
             gear_ratio=ratio,
             has_several=self.actuator is not None,
         )

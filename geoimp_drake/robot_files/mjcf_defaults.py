@@ -62,16 +62,19 @@ def _own(element: ET.Element) -> dict[str, str]:
 def in_bodies(
     root: ET.Element, tag: str
 ) -> Iterator[tuple[ET.Element, list[ET.Element], str | None]]:
-    """Yields the elements of a tag in an MJCF's bodies, with those bodies and the childclass."""
+    """Yields an MJCF's elements of a tag, the bodies that each is in, and their childclass.
+
+    The first body is the world.
+    """
     for world in root.findall("worldbody"):
-        yield from _below(world, tag, [], None)
+        yield from _below([world], tag, None)
 
 
 def _below(
-    place: ET.Element, tag: str, bodies: list[ET.Element], childclass: str | None
+    bodies: list[ET.Element], tag: str, childclass: str | None
 ) -> Iterator[tuple[ET.Element, list[ET.Element], str | None]]:
-    for child in place:
-        if child.tag == tag and bodies:
+    for child in bodies[-1]:
+        if child.tag == tag:
             yield child, bodies, childclass
         if child.tag == "body":
-            yield from _below(child, tag, [*bodies, child], child.get("childclass", childclass))
+            yield from _below([*bodies, child], tag, child.get("childclass", childclass))

@@ -110,8 +110,8 @@ class _Reader:
 
 def _name(bodies: list[ET.Element], taken: dict[str, Drive]) -> str:
     """Returns Drake's name for a joint without one, or another if that is taken."""
-    parent = bodies[-2].get("name", "body") if len(bodies) > 1 else "world"
-    name = f"{parent}-{bodies[-1].get('name', 'body')}"
+    names = [body.get("name", "body") for body in bodies[1:]]
+    name = "-".join(["world", *names][-2:])
     return name if name not in taken else f"{name}-{len(taken)}"
 
 

@@ -124,6 +124,7 @@ def transmission(joint: int, actuator: str) -> str:
 def test_transmissions_of_a_urdf(tmp_path):
     """Also on the joint that is cut, on one without effort, and two of one name."""
     motors = [transmission(k, f"m{k}") for k in (2, 6)] + [transmission(3, "m2")]
+    motors.append(transmission(1, "m1").replace('"80"', '"0"'))
     limits = {2: '<limit effort="0" lower="-1" upper="1" velocity="1"/><dynamics friction="3"/>'}
     file = RosArm(tool=False, limits=limits, extra="".join(motors)).write(tmp_path)
     plant, robot = loaded(file, "link_6")

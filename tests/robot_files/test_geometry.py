@@ -60,12 +60,13 @@ def test_bodies_of_an_mjcf_show_what_mujoco_shows_or_else_what_collides(tmp_path
     text = text.replace(geom, both, 2).replace(geom, '<geom class="felt" size="0.03"/>', 1)
     classes = """<default><default class="seen"><geom group="2" contype="0" conaffinity="0"/>
         </default><default class="felt"><geom group="3"/></default></default><worldbody>"""
-    file.write_text(text.replace("<worldbody>", classes, 1))
+    floor = '<geom type="plane" size="1 1 0.1"/>'
+    file.write_text(text.replace("<worldbody>", classes + floor, 1))
     shown = loaded(file, tmp_path, end_effector="tcp")
-    assert links_with(*shown, Role.kIllustration) == LINKS[1:]
+    assert links_with(*shown, Role.kIllustration) == [*LINKS[1:], "world"]
     assert links_with(*shown, Role.kProximity) == []
     felt = loaded(file, tmp_path, end_effector="tcp", geometry="convert")
-    assert links_with(*felt, Role.kProximity) == LINKS[1:4]
+    assert links_with(*felt, Role.kProximity) == [*LINKS[1:4], "world"]
 
 
 def test_looks_only_changes_no_mass(tmp_path):
