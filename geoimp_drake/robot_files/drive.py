@@ -39,7 +39,7 @@ class Drive:
         limit: float = math.inf,
         is_servo: bool = False,
     ) -> "Drive":
-        """Returns this drive with one actuator more.
+        """Returns this drive with one actuator more; one whose gear is zero does nothing.
 
         Inertias felt at the joint add up. Of several limits the smallest holds: nothing says that
         actuators of one joint work at the same time.
@@ -51,6 +51,8 @@ class Drive:
             limit: of the effort at the joint [Nm or N].
             is_servo: whether it takes something else than a torque.
         """
+        if gear**2 == 0:
+            return self
         felt = self.rotor_inertia * self.gear_ratio**2 + rotor * gear**2
         ratio = gear if self.actuator is None else self.gear_ratio
         return replace(

@@ -80,13 +80,14 @@ def inertia_of_shapes(
     inspector: SceneGraphInspector,
     body: RigidBody,
 ) -> SpatialInertia | None:
-    """Returns the inertia of a body's shapes about its origin, in B.
+    """Returns the inertia of a body's shapes about its origin, in B; None if they have no mass.
 
     For an MJCF it is Drake's. For a URDF it is that of solids of `DENSITY`, of the shapes of
-    collision or else the visual ones; None if there are none or their mesh encloses no volume.
+    collision or else the visual ones.
     """
     if description.format == "xml":
-        return body.default_spatial_inertia()
+        M_BBo_B = body.default_spatial_inertia()
+        return M_BBo_B if M_BBo_B.get_mass() > 0 else None
     shapes = plant.GetCollisionGeometriesForBody(body) or plant.GetVisualGeometriesForBody(body)
     total: SpatialInertia | None = None
     for shape in shapes:

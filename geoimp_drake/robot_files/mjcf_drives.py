@@ -81,10 +81,8 @@ class _Reader:
         return drives
 
     def driven(self, drive: Drive, name: str, attributes: dict[str, str]) -> Drive:
-        """Returns a drive with an actuator more; one whose gear is zero does nothing."""
+        """Returns a drive with an actuator more."""
         gear = _first(attributes, "gear", 1.0)
-        if gear == 0:
-            return drive
         is_motor = _takes_torque(attributes)
         limit = self._limit(attributes, "force")
         if is_motor and attributes.get("dyntype", "none") in _DIRECT_DYNAMICS:
@@ -105,6 +103,8 @@ class _Reader:
         if not ends or stated == "false" or (stated == "auto" and not self._autolimits):
             return math.inf
         low, high = (float(end) for end in (ends[0], ends[-1]))
+        if low == high == 0:  # not filled in
+            return math.inf
         return min(-low, high) if low < 0 < high else max(abs(low), abs(high))
 
 

@@ -42,17 +42,20 @@ _SDF = (
 # How many numbers Drake wants, which says so without a line.
 _COUNTS = {
     **dict.fromkeys(("xyz", "rpy", "pos", "euler", "zaxis", "axis", "diaginertia"), 3),
+    **dict.fromkeys(("lower", "upper", "effort", "velocity", "value", "mass", *_INERTIA), 1),
+    **dict.fromkeys(("radius", "length", "multiplier", "offset"), 1),
     "quat": 4,
     "axisangle": 4,
     "xyaxes": 6,
     "fromto": 6,
     "fullinertia": 6,
 }
-# What may be infinite; inertias are another's to check.
+# What may be without limit; anything else is far smaller than a square that overflows.
 _ENDLESS = (
     *("lower", "upper", "effort", "velocity", "range", "actuatorfrcrange", "forcerange"),
-    *("ctrlrange", "value", "mass", "diaginertia", "fullinertia", *_INERTIA),
+    "ctrlrange",
 )
+_LARGEST = 1e30
 # What these hold is nobody's but their reader's.
 _FOREIGN = ("gazebo", "plugin", "sensor", "custom", "keyframe")
 
@@ -124,12 +127,13 @@ def _check_range(joint: ET.Element, format: str) -> None:
 
 def _check_number(element: ET.Element, owner: str | None, key: str, number: str, text: str) -> None:
     try:
-        finite = not np.isnan(value := float(number)) and (np.isfinite(value) or key in _ENDLESS)
-        readable = finite and "_" not in number
+        value = np.nan if "_" in number else float(number)
     except ValueError:
-        readable = False
-    if not readable and number != "auto":
+        value = np.nan
+    if np.isnan(value) and number != "auto":
         raise _no_number(element, owner, key, text)
+    if abs(value) > _LARGEST and key not in _ENDLESS:
+        raise _no_number(element, owner, key, text, f"a number below {_LARGEST:g}")
 
 
 def _no_number(

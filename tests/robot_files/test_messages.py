@@ -78,6 +78,8 @@ def test_elements_within_each_other_without_end_are_refused(tmp_path):
             'xyz="0.03 0.01 1',
             "'0.03 0.01 1 0.02'; give 3 numbers",
         ),
+        (RosArm().write, 'mass value="9.0"', 'mass value="1e200"', "'1e200'; give a number below"),
+        (RosArm().write, 'mass value="9.0"', 'mass value="9 0"', "'9 0'; give 1 number"),
         (write_sdf, "<effort>310.0<", "<effort>310 Nm<", "<effort> of 'joint_1' is '310 Nm'"),
         (write_sdf, "<mass>10.0<", "<mass>10_0<", "<mass> of 'base_link' is '10_0'"),
         (write_mjcf, 'range="-2.9 2.9"', 'range="-2.9 2.9rad"', "range=…> of 'joint_1' is"),

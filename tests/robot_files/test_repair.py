@@ -127,10 +127,13 @@ def test_a_base_that_stands_still_may_have_any_inertia(tmp_path):
 def test_a_hand_without_mass_in_an_mjcf_is_none(tmp_path):
     """Drake would end the process, see mjcf_massless_hand.xml."""
     file = write_mjcf(tmp_path)
-    hand = '<body name="hand"><inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/></body>'
+    inertial = '<inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/><geom size=".1"/>'
+    hand = f'<body name="hand">{inertial}</body>'
     file.write_text(file.read_text().replace("<site", f"{hand}<site"))
-    plant, _ = loaded(file, "hand")
-    assert plant.GetBodyByName("hand").default_mass() == 0.0
+    for geometry in ("leave-out", "convert"):
+        plant = MultibodyPlant(1e-3)
+        load_robot(file, plant, end_effector="hand", geometry=geometry, cache=tmp_path / "cache")
+        assert plant.GetBodyByName("hand").default_mass() == 0.0
 
 
 def test_without_geometry_links_keep_the_inertia_of_their_shapes(tmp_path):
