@@ -26,7 +26,7 @@ def chain_arrays(model: ControlModel) -> ChainArrays:
     return ChainArrays(
         X_MF=np.array([X.GetAsMatrix34() for X in X_MF]),
         axes=np.array([_axis(joint) for joint in joints]),
-        turns=np.array([float(isinstance(joint, RevoluteJoint)) for joint in joints]),
+        turns=model.turns,
         masses=np.array([mass for mass, _, _ in inertias]),
         centres=np.array([centre for _, centre, _ in inertias]),
         inertias=np.array([inertia for _, _, inertia in inertias]),

@@ -35,6 +35,9 @@ TASK_DIMENSION = 6
 class ControlModel:
     """One arm as its controller knows it.
 
+    Each rotor of this model also has the Δt F that friction adds in a discrete plant's step, see
+    `friction_inertia`.
+
     Attributes:
         plant: a finalized plant with this arm alone, one body a joint, gravity included.
         end_effector: the frame E in it.
@@ -43,6 +46,7 @@ class ControlModel:
         joint_names: from the base to the hand, the order of every vector of this model.
         state_order: where this model's [q; v] stand in the state of the model instance.
         actuation_order: which joint each actuator of the model instance drives.
+        time_step: Δt of the plant that it was taken from, zero if that is continuous [s].
     """
 
     plant: MultibodyPlant
@@ -52,11 +56,18 @@ class ControlModel:
     joint_names: tuple[str, ...]
     state_order: Array
     actuation_order: Array
+    time_step: float
 
     @property
     def num_joints(self) -> int:
         """Number n of joints."""
         return len(self.joint_names)
+
+    @cached_property
+    def turns(self) -> Array:
+        """One for each joint that turns, zero for one that slides (n)."""
+        joints = map(self.plant.GetJointByName, self.joint_names)
+        return np.array([float(isinstance(joint, RevoluteJoint)) for joint in joints])
 
     @cached_property
     def world(self) -> Frame:
@@ -108,6 +119,7 @@ class ControlModel:
             joint_names=tuple(joint.name() for joint, _ in chain),
             state_order=_state_order(plant, model_instance, chain),
             actuation_order=_actuation_order(plant, model_instance, chain),
+            time_step=plant.time_step(),
         )
 
 

@@ -15,6 +15,7 @@ from pydrake.multibody.tree import (
     UnitInertia,
 )
 
+from geoimp_drake.arm.friction_inertia import friction_inertia
 from geoimp_drake.arm.kinematic_tree import Chain, KinematicTree
 from geoimp_drake.errors import ModelError
 
@@ -60,8 +61,8 @@ def copy_arm(
         body = model.AddRigidBody(link.name(), instance, _merged_inertia(tree, link, carried))
         copy = _copy_joint(tree, joint, link, A, A_copy, body, model)
         actuator = model.AddJointActuator(actuators[k].name(), copy, actuators[k].effort_limit())
-        actuator.set_default_rotor_inertia(actuators[k].default_rotor_inertia())
-        actuator.set_default_gear_ratio(actuators[k].default_gear_ratio())
+        (implicit,) = friction_inertia(tree.plant, joint)
+        actuator.set_default_rotor_inertia(actuators[k].default_reflected_inertia() + implicit)
         A, A_copy = link.body_frame(), body.body_frame()
     model.set_gravity_enabled(instance, gravity)
     X_AE = tree.relative_pose(A, end_effector_frame)

@@ -1,0 +1,21 @@
+"""What viscous friction adds to a joint's inertia in a discrete plant's step."""
+
+from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
+from pydrake.multibody.tree import Joint
+
+from geoimp_drake.typing import Array
+
+__all__ = ["friction_inertia"]
+
+
+def friction_inertia(plant: MultibodyPlant, joint: Joint) -> Array:
+    """Returns Δt F, one per velocity of a joint [kg m² or kg].
+
+    A discrete plant takes friction at the end of a step, B (v⁺ − v)/Δt = τ − F v⁺ − …, so that it
+    moves as if its inertia were B + Δt F. With TAMSI it is taken at the beginning; then, and in a
+    continuous plant, it is zero.
+    """
+    tamsi = DiscreteContactApproximation.kTamsi
+    explicit = plant.get_discrete_contact_approximation() == tamsi
+    added: Array = (0.0 if explicit else plant.time_step()) * joint.default_damping_vector()
+    return added
