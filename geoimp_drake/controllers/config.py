@@ -36,6 +36,9 @@ __all__ = [
 ]
 
 
+# How far a ratio of two periods may be from a whole number: rounding of what was typed.
+_RATIO_TOLERANCE = 1e-6
+
 # What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
 
@@ -117,6 +120,16 @@ class ImpedanceConfig:
         gains: _Gains = getattr(self, part)
         return gains.matrices(f"impedance.{part}")
 
+    def natural_period(self) -> float:
+        """Returns the shortest √(M/K) of what is compliant, infinite if nothing is [s]."""
+        fastest = 0.0
+        for part in ("translation", "rotation"):
+            mass, _, stiffness = self.gains(part)
+            if self.axes in ("both", part):
+                squares = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
+                fastest = max(fastest, np.sqrt(squares.max()))
+        return 1.0 / fastest if fastest else np.inf
+
     def make_rotation(self) -> OrientationImpedance:
         """Returns the orientation family with its gains."""
         return make_family(self.orientation, *self.gains("rotation"))
@@ -162,10 +175,48 @@ class SamplingConfig:
         positive(self.period, key(name, "period"), "s")
         choice(self.velocity, key(name, "velocity"), ("measured", "differenced"))
 
-    def make(self, num_joints: int) -> Readings:
-        """Returns the part."""
+    def check_motion(self, name: str, motion: MotionConfig) -> None:
+        """Raises ConfigurationError if the inner loop gets its readings too rarely.
+
+        From about 1.2/K_D on, the loop swings with differenced velocities.
+        """
+        gain = max("K_Dp", "K_Do", key=lambda name: getattr(motion, name))
+        longest = 1.0 / getattr(motion, gain)
+        if self.period > longest:
+            raise ConfigurationError(
+                f"{key(name, 'period')} is {self.period:g} s; the inner loop needs a reading at "
+                f"least every 1/{gain} = {longest:.3g} s. Read more often, or give a smaller "
+                f"motion.{gain}."
+            )
+
+    def check_step(self, name: str, time_step: float) -> None:
+        """Raises ConfigurationError if differences are not those of a whole number of steps.
+
+        Args:
+            name: of this configuration.
+            time_step: of the plant, zero if it is continuous [s].
+        """
+        if self.velocity != "differenced" or time_step == 0:
+            return
+        steps = self.period / time_step
+        if round(steps) == 0 or abs(steps - round(steps)) > _RATIO_TOLERANCE * steps:
+            raise ConfigurationError(
+                f"{key(name, 'period')} is {self.period:g} s and the plant's time step "
+                f"{time_step:g} s: positions differ by the motion of one step in one sample and of "
+                f"another number in the next. Give a multiple of the time step, or "
+                f"{key(name, 'velocity')}: measured."
+            )
+
+    def make(self, model: ControlModel) -> Readings:
+        """Returns the part for an arm.
+
+        Raises:
+            ConfigurationError: a field cannot be used, or the period does not fit the arm's plant.
+        """
         check(self, "sampling")
-        return Readings(num_joints, self.period, self.velocity)
+        self.check_step("sampling", model.time_step)
+        turns = model.in_plant_order(model.turns)
+        return Readings(model.num_joints, self.period, self.velocity, turns)
 
 
 @dataclass
@@ -238,3 +289,4 @@ class ImpedanceControllerConfig:
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         choice(self.form, key(name, "form"), FORMS)
+        self.sampling.check_motion(key(name, "sampling"), self.motion)

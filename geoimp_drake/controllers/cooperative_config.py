@@ -43,3 +43,4 @@ class CooperativeControllerConfig:
         self.internal.check_period(key(name, "internal"), self.sampling.period)
         if self.monitor.enabled:
             self.monitor.check_period(key(name, "monitor"), self.sampling.period)
+        self.sampling.check_motion(key(name, "sampling"), self.motion)

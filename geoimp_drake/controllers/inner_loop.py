@@ -49,9 +49,8 @@ class InnerLoopParts:
         Raises:
             ConfigurationError: a configuration cannot be used for the arm.
         """
-        readings = sampling.make(model.num_joints)
         null_space = redundancy.make(model, task_function, sampling.period)
-        return InnerLoopParts(model, readings, motion.make(), null_space)
+        return InnerLoopParts(model, sampling.make(model), motion.make(), null_space)
 
     def loop(self, arm: int = 0) -> InnerLoop:
         """Returns the one part; `arm` is the number of the arm if there are several."""

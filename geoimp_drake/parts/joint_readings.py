@@ -8,6 +8,7 @@ from geoimp_drake.laws.motion_control.joint_reading import next_reading
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import finite_vector
 
 __all__ = ["Readings"]
 
@@ -15,7 +16,13 @@ __all__ = ["Readings"]
 class Readings:
     """The part of `JointReadings`; arguments and errors are the same."""
 
-    def __init__(self, num_positions: int, period: float = 1e-3, velocity: str = "measured"):
+    def __init__(
+        self,
+        num_positions: int,
+        period: float = 1e-3,
+        velocity: str = "measured",
+        turns: Array | None = None,
+    ):
         if not (np.isfinite(period) and period > 0):
             raise ConfigurationError(f"The sampling period is {period:g} s; it must be positive.")
         if velocity not in ("measured", "differenced"):
@@ -24,7 +31,9 @@ class Readings:
             )
         n = 2 * num_positions
         self.period = period
-        self._sampling = period, velocity == "differenced"
+        given = np.zeros(num_positions) if turns is None else turns
+        turning = finite_vector(given, "turns", num_positions)
+        self._sampling = period, velocity == "differenced", turning
         self._law = compiled(next_reading)
         self.inputs = {"state": n}
         # The count is that of readings: none, the first, more.

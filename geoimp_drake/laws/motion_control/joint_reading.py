@@ -1,15 +1,24 @@
 """Joint readings: sampled positions, with measured or differenced velocities."""
 
+import numpy as np
+
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.typing import Array
 
 __all__ = ["next_reading"]
 
+_TURN = 2.0 * np.pi
+
 
 @compilable
-def next_reading(state: Array, held: Array, period: float, differenced: bool, after: Array) -> bool:
+def next_reading(
+    state: Array, held: Array, period: float, differenced: bool, turns: Array, after: Array
+) -> bool:
     """Writes the reading that is held until the next sample; returns False if it is not finite.
+
+    A joint that turns moves by less than half a turn between two samples: where its reading jumps
+    by whole turns, as a resolver's does at ±π, these are taken off again.
 
     At the first instant the time since the held reading is unknown, so the measured velocity is
     kept: a plant with sampled output ports has then made one of its own steps, another plant none.
@@ -21,14 +30,18 @@ def next_reading(state: Array, held: Array, period: float, differenced: bool, af
             may be `after` itself.
         period: between samples [s].
         differenced: whether v is (q − q_before)/period.
+        turns: one for each joint that turns, zero for one that slides (n,).
         after: where to write (2n + 1,).
     """
     if not is_finite(state):
         return False
     n = len(state) // 2
-    is_difference = differenced and held[-1] > 1
+    is_difference, follows = differenced and held[-1] > 1, held[-1] > 0
     for k in range(n):
-        after[n + k] = (state[k] - held[k]) / period if is_difference else state[n + k]
-        after[k] = state[k]
+        q = state[k]
+        if follows:
+            q -= turns[k] * _TURN * np.rint((q - held[k]) / _TURN)
+        after[n + k] = (q - held[k]) / period if is_difference else state[n + k]
+        after[k] = q
     after[-1] = 2.0
     return True

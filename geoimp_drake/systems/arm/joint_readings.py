@@ -2,6 +2,7 @@
 
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.systems.part_system import PartSystem
+from geoimp_drake.typing import Array
 
 __all__ = ["JointReadings"]
 
@@ -17,10 +18,15 @@ class JointReadings(PartSystem):
     that a controller switched on while the arm moves sees no step in velocity. Before a simulator
     has initialized the context the reading passes through.
 
+    A resolver of a joint that turns may jump by whole turns: where `turns` says so the reading goes
+    on without the jump, and so does the difference. The plant's period has to divide the sampling
+    period, else differences of an unmoved reading alternate with others; controllers check that.
+
     Args:
         num_positions: n; the joints have one position for each velocity.
         period: sampling period [s].
         velocity: `measured` or `differenced`.
+        turns: one for each joint that turns, zero for one that slides (n); by default all zero.
 
     Raises:
         ConfigurationError: the period is not positive or the velocity source is unknown.
@@ -31,5 +37,11 @@ class JointReadings(PartSystem):
         output estimated_state: [q̂; v̂] (2n)
     """
 
-    def __init__(self, num_positions: int, period: float = 1e-3, velocity: str = "measured"):
-        super().__init__(Readings(num_positions, period, velocity))
+    def __init__(
+        self,
+        num_positions: int,
+        period: float = 1e-3,
+        velocity: str = "measured",
+        turns: Array | None = None,
+    ):
+        super().__init__(Readings(num_positions, period, velocity, turns))

@@ -99,6 +99,25 @@ def test_velocity_never_jumps_from_one_reading_to_the_next(kind, period, source)
     assert np.abs(rows[0, n:]).max() > 0.5
 
 
+@pytest.mark.parametrize("kind", ["measured", "differenced"])
+def test_a_resolver_that_jumps_by_whole_turns_is_read_on_the_circle(kind: str) -> None:
+    """A joint passes π at 2 rad/s and its reading −π; one that slides passes there, too."""
+    block = JointReadings(2, 1e-3, kind, turns=np.array([1.0, 0.0]))
+    simulator = Simulator(block)
+    context = simulator.get_mutable_context()
+    for k in range(40):
+        q = 3.1 + 2e-3 * k
+        wrapped = (q + np.pi) % (2 * np.pi) - np.pi
+        block.get_input_port().FixValue(context, [wrapped, q, 2.0, 2.0])
+        simulator.AdvanceTo(1e-3 * k + 0.5e-3)
+        np.testing.assert_allclose(block.get_output_port().Eval(context), [q, q, 2.0, 2.0])
+    assert wrapped < 0
+    # What slides may move by more than six metres in a sample; nothing is taken off.
+    block.get_input_port().FixValue(context, [wrapped, q + 7.0, 2.0, 2.0])
+    simulator.AdvanceTo(0.0405)
+    assert block.get_output_port().Eval(context)[1] == q + 7.0
+
+
 def test_before_a_simulator_has_initialized_the_reading_passes_through() -> None:
     block = JointReadings(2, 1e-3, "differenced")
     context = block.CreateDefaultContext()
