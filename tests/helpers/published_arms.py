@@ -50,6 +50,34 @@ def dae(metres: float = 0.001) -> str:
         </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
+def painted_dae(colours: tuple[str, str]) -> str:
+    """Returns the tetrahedron as COLLADA whose faces have two materials, two faces each."""
+    text = dae()
+    head, _, tail = text.partition('<triangles count="4">')
+    body, _, tail = tail.partition("</triangles>")
+    source, _, indices = body.partition("<p>")
+    numbers = indices.removesuffix("</p>").split()
+    faces = "".join(
+        f'<triangles count="2" material="s{k}">{source}<p>{" ".join(part)}</p></triangles>'
+        for k, part in enumerate((numbers[:6], numbers[6:]))
+    )
+    effects = "".join(
+        f"""<effect id="e{k}"><profile_COMMON><technique sid="c"><lambert><diffuse>
+        <color>{colour} 1</color></diffuse></lambert></technique></profile_COMMON></effect>"""
+        for k, colour in enumerate(colours)
+    )
+    materials, binds = "", ""
+    for k in range(2):
+        materials += f'<material id="m{k}"><instance_effect url="#e{k}"/></material>'
+        binds += f'<instance_material symbol="s{k}" target="#m{k}"/>'
+    libraries = f"""<library_effects>{effects}</library_effects><library_materials>{materials}
+        </library_materials><library_geometries>"""
+    text = (head + faces + tail).replace("<library_geometries>", libraries, 1)
+    bound = f"""<instance_geometry url="#g"><bind_material><technique_common>{binds}
+        </technique_common></bind_material></instance_geometry>"""
+    return text.replace('<instance_geometry url="#g"/>', bound)
+
+
 @dataclass
 class RosArm:
     """A ROS-style URDF: no transmissions, meshes of a package, a chain of fixed joints to `tool0`.

@@ -102,6 +102,25 @@ def test_links_are_filtered_as_in_the_file(tmp_path, text, suffix, end_effector)
     assert after <= before
 
 
+def two_arms() -> str:
+    """Returns a torso with two arms, each of which ends in its sixth link."""
+    one = urdf().partition('<joint name="to_left"')[0].rpartition("<link")[0]
+    chain = one.partition("<link")[2]
+    right = f"<link{chain}".replace('"l', '"r').replace('"to_l', '"to_r').replace('"r0"', '"l0"')
+    return f"{one}{right.partition('</link>')[2]}</robot>"
+
+
+def test_links_of_two_arms_that_are_cut_are_filtered_as_in_the_file(tmp_path):
+    file = tmp_path / "arms.urdf"
+    file.write_text(two_arms())
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    Parser(plant).AddModels(str(file))
+    before = candidates(plant, scene_graph)
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    load_robot(file, plant, end_effectors=["l6", "r6"])
+    assert candidates(plant, scene_graph) == before
+
+
 def test_a_link_that_is_cut_does_not_touch_its_neighbour():
     assert before_and_after(CASES / "six_touching.urdf", "l6") == (set(), set())
 

@@ -5,7 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from published_arms import RosArm, dae, inertial_urdf, stl, write_mjcf, write_sdf
+from published_arms import (
+    RosArm,
+    inertial_urdf,
+    painted_dae,
+    stl,
+    write_mjcf,
+    write_sdf,
+)
 from pydrake.geometry import Role, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
@@ -81,34 +88,6 @@ def test_looks_only_changes_no_mass(tmp_path):
     assert links_with(plant, scene_graph, Role.kProximity) == []
 
 
-def painted(colours: tuple[str, str]) -> str:
-    """Returns the tetrahedron as COLLADA whose faces have two materials, two faces each."""
-    text = dae()
-    head, _, tail = text.partition('<triangles count="4">')
-    body, _, tail = tail.partition("</triangles>")
-    source, _, indices = body.partition("<p>")
-    numbers = indices.removesuffix("</p>").split()
-    faces = "".join(
-        f'<triangles count="2" material="s{k}">{source}<p>{" ".join(part)}</p></triangles>'
-        for k, part in enumerate((numbers[:6], numbers[6:]))
-    )
-    effects = "".join(
-        f"""<effect id="e{k}"><profile_COMMON><technique sid="c"><lambert><diffuse>
-        <color>{colour} 1</color></diffuse></lambert></technique></profile_COMMON></effect>"""
-        for k, colour in enumerate(colours)
-    )
-    materials, binds = "", ""
-    for k in range(2):
-        materials += f'<material id="m{k}"><instance_effect url="#e{k}"/></material>'
-        binds += f'<instance_material symbol="s{k}" target="#m{k}"/>'
-    libraries = f"""<library_effects>{effects}</library_effects><library_materials>{materials}
-        </library_materials><library_geometries>"""
-    text = (head + faces + tail).replace("<library_geometries>", libraries, 1)
-    bound = f"""<instance_geometry url="#g"><bind_material><technique_common>{binds}
-        </technique_common></bind_material></instance_geometry>"""
-    return text.replace('<instance_geometry url="#g"/>', bound)
-
-
 def diffuse(obj: Path) -> list[list[float]]:
     lines = (obj.parent / "mesh.mtl").read_text().splitlines()
     return [[float(x) for x in line.split()[1:]] for line in lines if line.startswith("Kd ")]
@@ -116,7 +95,7 @@ def diffuse(obj: Path) -> list[list[float]]:
 
 def test_a_mesh_keeps_its_materials(tmp_path):
     mesh = tmp_path / "shell.dae"
-    mesh.write_text(painted(("1 0 0", "0 0 0.5")))
+    mesh.write_text(painted_dae(("1 0 0", "0 0 0.5")))
     obj = convert_mesh(mesh, tmp_path / "cache")
     np.testing.assert_allclose(diffuse(obj), [[1, 0, 0], [0, 0, 0.5]], atol=0.01)
     text = obj.read_text()
@@ -125,7 +104,9 @@ def test_a_mesh_keeps_its_materials(tmp_path):
 
 def test_a_mesh_with_a_broken_material_is_whole_and_without_colours(tmp_path, caplog):
     mesh = tmp_path / "shell.dae"
-    mesh.write_text(painted(("1 0 0", "0 0 0.5")).replace('<effect id="e1">', '<effect id="e7">'))
+    mesh.write_text(
+        painted_dae(("1 0 0", "0 0 0.5")).replace('<effect id="e1">', '<effect id="e7">')
+    )
     obj = convert_mesh(mesh, tmp_path / "cache")
     assert obj.read_text().count("\nf ") == 4
     assert not (obj.parent / "mesh.mtl").exists()
@@ -148,18 +129,43 @@ def test_a_mesh_keeps_colours_of_vertices_and_textures(tmp_path):
     assert (obj.parent / picture).is_file()
 
 
-def test_a_colour_of_the_description_is_that_of_a_mesh_without_one(tmp_path):
+def urdf_with_colour(folder: Path) -> Path:
     mesh = '<mesh filename="package://small_arm/meshes/shell.STL"/>'
-    file = RosArm(visual=mesh).write(tmp_path)
+    file = RosArm(visual=mesh).write(folder)
     shape = f"<visual><geometry>{mesh}</geometry>"
     material = '<material name="orange"><color rgba="1 0.5 0 1"/></material>'
-    file.write_text(file.read_text().replace(shape, shape + material, 1))
-    plant, scene_graph = loaded(file, tmp_path)
+    file.write_text(file.read_text().replace(shape, shape + material))
+    return file
+
+
+def sdf_with_colour(folder: Path) -> Path:
+    file = write_sdf(folder)
+    shape = """<visual name="v"><geometry><mesh><uri>shell.stl</uri></mesh></geometry>
+        <material><diffuse>1 0.5 0 1</diffuse></material></visual><collision name="c">"""
+    file.write_text(file.read_text().replace('<collision name="c">', shape))
+    return file
+
+
+def mjcf_with_colour(folder: Path) -> Path:
+    file = write_mjcf(folder)
+    text = file.read_text().replace('mesh="shell"', 'mesh="shell" material="orange"')
+    material = '<asset><material name="orange" rgba="1 0.5 0 1"/>'
+    file.write_text(text.replace("<asset>", material))
+    return file
+
+
+@pytest.mark.parametrize("write", [urdf_with_colour, sdf_with_colour, mjcf_with_colour])
+def test_a_colour_of_the_description_is_that_of_a_mesh_without_one(tmp_path, write):
+    end = "tool0" if write is urdf_with_colour else "tcp"
+    _, scene_graph = loaded(write(tmp_path), tmp_path, end_effector=end)
     inspector = scene_graph.model_inspector()
-    (shape,) = plant.GetVisualGeometriesForBody(plant.GetBodyByName("base_link"))
-    colour = inspector.GetIllustrationProperties(shape).GetProperty("phong", "diffuse")
-    assert (colour.r(), colour.g(), colour.b()) == (1.0, 0.5, 0.0)
-    assert not (Path(inspector.GetShape(shape).source().path()).parent / "mesh.mtl").exists()
+    shapes = inspector.GetAllGeometryIds(Role.kIllustration)
+    assert len(shapes) >= 6
+    for shape in shapes:
+        colour = inspector.GetIllustrationProperties(shape).GetProperty("phong", "diffuse")
+        assert (colour.r(), colour.g(), colour.b()) == (1.0, 0.5, 0.0)
+        obj = Path(inspector.GetShape(shape).source().path())
+        assert not (obj.parent / "mesh.mtl").exists()
 
 
 def test_a_mesh_is_converted_once_for_looks_collision_and_other_robots(tmp_path, monkeypatch):

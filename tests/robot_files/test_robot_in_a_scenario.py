@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from published_arms import RosArm
+from browser import visit
+from published_arms import RosArm, painted_dae
 
 from geoimp_drake.cli import main
 from geoimp_drake.systems.frame_motion import POSITION
@@ -47,14 +48,41 @@ def test_a_robot_of_ones_own_in_the_file(tmp_path, capsys):
 
 
 def test_a_robot_with_collision_stands_beside_a_surface(tmp_path):
-    """Spheres have no hydroelastic contact; near the hand's disk they touch as points."""
+    """Spheres have no hydroelastic contact: the third link touches the surface as a point."""
     file = tmp_path / "mine.yaml"
     text = PRESSED.format(file=CASES / "spheres.urdf").replace("[0.1, 0, 0]", "[0, 0, 0.1]")
     text = text.replace("tool0,", "l6, geometry: convert,").replace("1.5", "0.02")
-    file.write_text(text + "surface: { point: [0.6, 0, 0.1] }\n")
+    file.write_text(text + "surface: { point: [0, -0.08, 0.89], normal: [0, -1, 0] }\n")
     arguments = ["--out", str(tmp_path / "out"), "--no-figures"]
     assert main(["run", "--scenario", str(file), *arguments]) == 0
     np.testing.assert_allclose(np.load(tmp_path / "out" / "log.npz")["t"][-1], 0.02)
+
+
+# Whether a mesh of a robot has a colour, written as RRGGBB.
+HAS_COLOUR = """([name, colour]) => {
+    let found = false;
+    viewer.scene_tree.children.drake.children.visualizer.children[name].object.traverse(o => {
+        for (const m of o.isMesh ? [o.material].flat() : [])
+            found ||= m.color.getHexString() === colour;
+    });
+    return found;
+}"""
+
+
+def test_the_replay_shows_a_robot_in_its_colours(tmp_path):
+    """Red and blue are those of its COLLADA meshes."""
+    description = RosArm().write(tmp_path)
+    mesh = description.parents[1] / "meshes" / "shell.dae"
+    mesh.write_text(painted_dae(("1 0 0", "0 0 1")))
+    file = tmp_path / "mine.yaml"
+    text = PRESSED.format(file=description.relative_to(tmp_path)).replace("1.5", "0.05")
+    file.write_text(text)
+    arguments = ["--scenario", str(file), "--out", str(tmp_path / "out"), "--no-figures", "--html"]
+    assert main(["run", *arguments]) == 0
+    with visit(tmp_path / "out" / "replay.html") as visited:
+        for colour in ("ff0000", "0000ff"):
+            visited.page.wait_for_function(HAS_COLOUR, arg=["mine", colour], timeout=5000)
+    assert visited.errors == []
 
 
 def test_a_robot_file_that_is_not_there_is_named(tmp_path, capsys):
