@@ -57,6 +57,7 @@ def test_the_log_has_the_keys_and_shapes_of_the_contract(out):
         "six/q": (6, 6),
         "six/v": (6, 6),
         "six/u": (6, 6),
+        "six/prismatic": (6,),
         "six/motion_E": (6, 19),
         "six/motion_D": (6, 19),
         "six/motion_C": (6, 19),

@@ -2,15 +2,20 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from geoimp_drake.arm.kinematic_tree import path_to
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.typing import Array
 
 __all__ = ["record_arm", "true_motion"]
+
+# Which positions of a joint are lengths, by its type; of all others none is.
+_LENGTHS = {"prismatic": (1.0,), "planar": (1.0, 1.0, 0.0), "rpy_floating": (0, 0, 0, 1, 1, 1)}
 
 
 def record_arm(
@@ -29,8 +34,19 @@ def record_arm(
     state = plant.get_state_output_port(instance)
     recorder.record(f"{arm}/q", state, slice(0, n))
     recorder.record(f"{arm}/v", state, slice(n, None))
+    recorder.constant(f"{arm}/prismatic", _slides(plant, instance))
     for key, port in ports.items():
         recorder.record(f"{arm}/{key}", port)
+
+
+def _slides(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Array:
+    """Returns of each position of an arm whether it is a length, 1.0, or an angle, 0.0 (n)."""
+    slides = np.zeros(plant.num_positions())
+    for joint in map(plant.get_joint, plant.GetJointIndices(instance)):
+        start = joint.position_start()
+        lengths = _LENGTHS.get(joint.type_name(), ())
+        slides[start : start + len(lengths)] = lengths
+    return plant.GetPositionsFromArray(instance, slides)
 
 
 def true_motion(

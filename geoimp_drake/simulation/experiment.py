@@ -23,7 +23,7 @@ from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_contents
 from geoimp_drake.typing import Array
 
-__all__ = ["RUN_FILES", "RunResult", "run_experiment", "versions"]
+__all__ = ["RUN_FILES", "RunResult", "cannot_start", "run_experiment", "versions"]
 
 RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html")  # besides figures
 

@@ -1,15 +1,12 @@
 """A run's log as a labelled data set: named dimensions, named components, units."""
 
-import json
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.scenario.loading import read_yaml
 from geoimp_drake.systems.frame_motion import FrameMotion
 from geoimp_drake.typing import Array
 
@@ -40,6 +37,7 @@ _JOINT = {
     "set_point": ("rad", "m"),
     "v": ("rad/s", "m/s"),
     "u": ("N m", "N"),
+    "prismatic": ("1", "1"),
 }
 _ON_TRACK = "seven"
 
@@ -47,19 +45,21 @@ _ON_TRACK = "seven"
 def load_log(path: str | Path) -> "Dataset":
     """Opens the log of a run as a labelled data set.
 
-    For instance `load_log("out")["six/wrench"].sel(wrench="force_z").plot()`.
+    For instance `load_log("out")["six_wrench"].sel(wrench="force_z").plot()`.
 
-    Each key of the log is a variable over `time` [s] and one dimension of named components:
-    `motion` (quaternion_w … linear_acceleration_z), `wrench` (moment_x … force_z), `six_joint`,
-    `seven_joint`, `plane`, `point`. The attribute `units` is the variable's; where its components
-    differ it has each of them once, and the coordinate `motion_units` (`wrench_units`, …,
-    `seven/q_units`) has them one by one.
+    Each key of the log, `_` in the place of `/`, is a variable over `time` [s] and one dimension of
+    named components: `motion` (quaternion_w … linear_acceleration_z), `wrench` (moment_x …
+    force_z), `six_joint`, `seven_joint`, `plane`, `point`. The attribute `units` is the variable's;
+    where its components differ it has each of them once, and the coordinate `motion_units`
+    (`wrench_units`, …, `seven_q_units`) has them one by one. A joint's units follow from the log's
+    `seven/prismatic`; without that they are not given. `to_netcdf` writes the whole data set.
 
     Args:
         path: the folder of a run, or its log.npz.
 
     Returns:
-        The data set; its attributes `scenario` and `metrics` are what lies beside the log.
+        The data set; its attributes `scenario` (YAML) and `metrics` (JSON) are the texts of the
+        files beside the log.
 
     Raises:
         ConfigurationError: there is no such log, it cannot be read, or the extra `data` is missing.
@@ -78,16 +78,21 @@ def load_log(path: str | Path) -> "Dataset":
     for key, values in log.items():
         # What changes with time has it as its first axis; constants are vectors.
         dimensions = ("time",) if values.ndim > 1 else ()
-        name, components = _components(key, values.shape[-1])
+        name, components = _components(log, key)
         units = list(components.values())
         attributes = {"units": ", ".join(dict.fromkeys(units))} if any(units) else {}
-        variables[key] = ((*dimensions, name), values, attributes)
+        variables[_plain(key)] = ((*dimensions, name), values, attributes)
         coordinates[name] = list(components)
         if len(set(units)) > 1:
             # Joints have other units in q than in v.
-            owner = key if name.endswith("_joint") else name
+            owner = _plain(key) if name.endswith("_joint") else name
             coordinates[f"{owner}_units"] = (name, units)
     return xarray.Dataset(variables, coordinates, attrs=_beside(file))
+
+
+def _plain(key: str) -> str:
+    """Returns a name that netCDF takes, too."""
+    return key.replace("/", "_")
 
 
 def _read(file: Path) -> dict[str, Array]:
@@ -105,9 +110,10 @@ def _read(file: Path) -> dict[str, Array]:
     return arrays
 
 
-def _components(key: str, size: int) -> tuple[str, _Components]:
+def _components(log: dict[str, Array], key: str) -> tuple[str, _Components]:
     """Returns the dimension of a variable's components, their names and units."""
     owner, _, what = key.rpartition("/")
+    size = log[key].shape[-1]
     known = {
         "motion": ("motion", _MOTION),
         "wrench": ("wrench", _WRENCH),
@@ -115,32 +121,32 @@ def _components(key: str, size: int) -> tuple[str, _Components]:
         "disk": ("point", _POINT),
     }
     if what in _JOINT:
-        return f"{owner}_joint", _joints(owner, what, size)
+        slides = log.get(f"{owner}/prismatic", np.full(size, np.nan))
+        return f"{_plain(owner)}_joint", _joints(owner, _JOINT[what], slides)
     dimension, components = known.get(what.partition("_")[0], ("", {}))
     if len(components) == size:
         return dimension, components
-    return f"{key}/component", {str(k): "" for k in range(size)}
+    return f"{_plain(key)}_component", {str(k): "" for k in range(size)}
 
 
-def _joints(arm: str, what: str, size: int) -> _Components:
-    turning, sliding = _JOINT[what]
-    if arm != _ON_TRACK:
-        return {f"joint_{k + 1}": turning for k in range(size)}
-    return {"track": sliding} | {f"joint_{k}": turning for k in range(1, size)}
+def _joints(arm: str, units: tuple[str, str], slides: Array) -> _Components:
+    """Returns names and units by whether each joint slides, which may be unknown (NaN)."""
+    names = [f"joint_{k + 1}" for k in range(len(slides))]
+    if arm == _ON_TRACK and slides[0]:
+        names = ["track", *names[:-1]]
+    turning, sliding = units
+    unit_of = {0.0: turning, 1.0: sliding}
+    return dict(zip(names, (unit_of.get(float(slide), "") for slide in slides), strict=True))
 
 
-def _beside(file: Path) -> dict[str, Any]:
-    """Returns the scenario and the metrics of the same run."""
-    readers: dict[str, Callable[[Path], Any]] = {
-        "scenario.yaml": read_yaml,
-        "metrics.json": _read_json,
-    }
-    found = {Path(name).stem: file.with_name(name) for name in readers}
-    return {stem: readers[path.name](path) for stem, path in found.items() if path.is_file()}
+def _beside(file: Path) -> dict[str, str]:
+    """Returns the texts of the scenario and the metrics of the same run."""
+    files = [file.with_name(name) for name in ("scenario.yaml", "metrics.json")]
+    return {path.stem: _read_beside(path) for path in files if path.is_file()}
 
 
-def _read_json(path: Path) -> Any:
+def _read_beside(path: Path) -> str:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{path} cannot be read: {error}") from error
