@@ -54,7 +54,10 @@ def test_what_is_written_says_what_the_robot_is_and_finds_its_file(folder, capsy
     assert "wrist sensor put between joint j6 and link l6" in printed
     text = (folder / "light6.yaml").read_text("utf-8")
     assert "# end effector: l6; six joints also move: none\n" in text
-    assert yaml.safe_load(text)["robot"]["file"] == "light6.urdf"
+    scenario = yaml.safe_load(text)
+    assert scenario["robot"]["file"] == "light6.urdf"
+    assert "duration" not in scenario  # as long as its motion, also when that is edited
+    assert not re.search(r"-0\.0\b", text)
     (folder / "other").mkdir()
     assert main(["init", "other/light6.yaml", "--robot", "light6.urdf"]) == 0
     assert yaml.safe_load((folder / "other" / "light6.yaml").read_text("utf-8"))["robot"][

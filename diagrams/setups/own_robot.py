@@ -1,6 +1,7 @@
 """A scenario for a robot from a file, and what is to be warned of before one runs."""
 
 import contextlib
+import copy
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -130,7 +131,7 @@ def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
     if there.any():
         scenario.segments = [
             MotionSegment(_OUT, there, name="out"),
-            MotionSegment(_BACK, -there, name="back"),
+            MotionSegment(_BACK, 0.0 - there, name="back"),
         ]
     if proposal.push.any():
         begin = _BEFORE_PUSH + sum(segment.duration for segment in scenario.segments)
@@ -176,13 +177,13 @@ def said_of(build: Callable[[Any], Setup], scenario: Any) -> tuple[list[str], li
 
     Args:
         build: makes the set-up of a scenario, as an experiment's.
-        scenario: for it; its open fields are filled in.
+        scenario: for it; its open fields stay open.
 
     Raises:
         GeoimpError: the scenario cannot be used, or its simulation cannot start.
     """
     with _heard() as heard:
-        setup = build(scenario)
+        setup = build(copy.deepcopy(scenario))
         outcome = simulate(setup.diagram, scenario.simulator, scenario.log_period)
     if outcome.failure is not None:
         raise cannot_start(outcome.failure)

@@ -89,8 +89,9 @@ HANDS = {
     "a finger of four joints": chain(*joints("index_finger_", 4), parent="j6_link"),
     "five-joint fingers": chain(*joints("a", 5), parent="j6_link")
     + chain(*joints("b", 5), parent="j6_link"),
-    "one that follows another": chain("a", parent="j6_link")
-    + chain("b", parent="j6_link").replace("<axis", '<mimic joint="a"/><axis'),
+    "one joint that follows another": chain("a", parent="j6_link").replace(
+        "<axis", '<mimic joint="j1"/><axis'
+    ),
     "none": "",
 }
 
