@@ -1,32 +1,20 @@
 """What can be said of an arm before it runs: links that touch by themselves, a start that falls."""
 
 import logging
-from collections.abc import Iterator, Sequence
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex
-from pydrake.systems.framework import Context
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import evaluate_arm
+from geoimp_drake.robot_files.self_contact import POSTURES, Contacts, SelfContact
 from geoimp_drake.typing import Array
 
 __all__ = ["find_self_contact", "find_unheld_joints", "preflight", "warn_before_run"]
 
 _log = logging.getLogger("drake")
-
-# Joints without limits, and those of many turns, are moved within this [rad or m].
-_WIDEST = np.pi
-# Contact that is there in so many random postures is no matter of the posture.
-_POSTURES = 50
-# Shapes that meet to rounding do not push [m].
-_LEAST_DEPTH = 1e-6
-
-# Names of two links, and how deep their shapes are in each other [m].
-_Contacts = dict[tuple[str, str], float]
 
 
 def preflight(
@@ -51,8 +39,11 @@ def preflight(
     model = ControlModel.of_arm(plant, arm, end_effector_frame)
     n = model.num_joints
     q = plant.GetDefaultPositions(arm)[model.state_order[:n]]
-    contact = [] if scene_graph is None else find_self_contact(plant, scene_graph, [arm])
-    return contact + find_unheld_joints(model, q)
+    unheld = find_unheld_joints(model, q)
+    if scene_graph is None:
+        return unheld
+    contact = SelfContact(plant, scene_graph, [arm])
+    return find_self_contact(contact, plant.GetDefaultPositions()) + unheld
 
 
 def warn_before_run(
@@ -87,105 +78,32 @@ def find_unheld_joints(model: ControlModel, q: Array) -> list[str]:
     return found
 
 
-def find_self_contact(
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    arms: Sequence[ModelInstanceIndex],
-    postures: int = _POSTURES,
-) -> list[str]:
-    """Returns the links of arms that touch each other: in every posture, and at the start.
-
-    Shapes are those that the simulation has: of a mesh the convex hull.
+def find_self_contact(contact: SelfContact, q: Array) -> list[str]:
+    """Returns the links of arms that touch in every posture, and those at a start, a sentence each.
 
     Args:
-        plant: finalized; its default positions are the start.
-        scene_graph: of the plant.
-        arms: model instances; contact with anything else is not looked for.
-        postures: how many random ones are tried, within the joint limits.
+        contact: of the arms.
+        q: positions of the whole plant at the start.
     """
-    query, start = _Query(plant, scene_graph, arms), plant.GetDefaultPositions()
-    try:
-        at_start = always = query.contacts(start)
-        for q in _random_positions(plant, arms, start, postures):
-            if not always:
-                break
-            touching = query.contacts(q)
-            always = {pair: depth for pair, depth in always.items() if pair in touching}
-    except RuntimeError as error:  # Drake knows no contact between some kinds of shape.
-        return [f"Whether links touch cannot be said: {' '.join(str(error).split())}"]
-    return _sentences(at_start, always, postures)
-
-
-def _sentences(at_start: _Contacts, always: _Contacts, postures: int) -> list[str]:
+    here = {pair: depth for pair, depth in contact.at(q).items() if pair not in contact.always}
     found = []
-    if always:
+    if contact.always:
         found.append(
-            f"Links touch in every one of {postures} random postures: {_listed(always)}. Contact "
-            f"drives them apart all the time. Filter the pairs (<drake:collision_filter_group> in "
-            f"the robot's file), or load it with geometry 'visual' or 'leave-out'."
+            f"Links touch in every one of {POSTURES} random postures: {_listed(contact.always)} "
+            f"at the least. Contact drives them apart all the time. Filter the pairs "
+            f"(<drake:collision_filter_group> in the robot's file), or load it with geometry "
+            f"'visual' or 'leave-out'."
         )
-    if here := {pair: depth for pair, depth in at_start.items() if pair not in always}:
+    if here:
         found.append(
             f"Links touch at the start: {_listed(here)}. Start in another posture, or load the "
             f"robot with geometry 'visual' or 'leave-out'."
         )
+    if contact.problem:
+        found.append(f"Whether links touch cannot be said: {contact.problem}")
     return found
 
 
-def _listed(contacts: _Contacts) -> str:
+def _listed(contacts: Contacts) -> str:
     deepest = sorted(contacts.items(), key=lambda item: -item[1])
     return ", ".join(f"{a} and {b} by {1e3 * depth:.3g} mm" for (a, b), depth in deepest)
-
-
-def _random_positions(
-    plant: MultibodyPlant, arms: Sequence[ModelInstanceIndex], start: Array, postures: int
-) -> Iterator[Array]:
-    """Yields positions of the plant in which the arms' joints are drawn from within limits."""
-    low = np.maximum(plant.GetPositionLowerLimits(), -_WIDEST)
-    high = np.maximum(low, np.minimum(plant.GetPositionUpperLimits(), _WIDEST))
-    random = np.random.default_rng(0)
-    for _ in range(postures):
-        drawn, q = random.uniform(low, high), start.copy()
-        for arm in arms:
-            plant.SetPositionsInArray(arm, plant.GetPositionsFromArray(arm, drawn), q)
-        yield q
-
-
-class _Query:
-    """Asks a scene graph which links touch, without the diagram that it may be part of."""
-
-    def __init__(
-        self, plant: MultibodyPlant, scene_graph: SceneGraph, arms: Sequence[ModelInstanceIndex]
-    ):
-        self._plant, self._links = plant, _links(plant, arms)
-        self._plant_context: Context = plant.CreateDefaultContext()
-        self._context: Context = scene_graph.CreateDefaultContext()
-        self._poses = scene_graph.get_source_pose_port(plant.get_source_id())
-        self._output = scene_graph.get_query_output_port()
-
-    def contacts(self, q: Array) -> _Contacts:
-        """Returns the links that touch at positions q of the plant."""
-        self._plant.SetPositions(self._plant_context, q)
-        poses = self._plant.get_geometry_pose_output_port().Eval(self._plant_context)
-        self._poses.FixValue(self._context, AbstractValue.Make(poses))
-        query = self._output.Eval(self._context)
-        deepest: _Contacts = {}
-        for contact in query.ComputePointPairPenetration():
-            bodies = [
-                self._plant.GetBodyFromFrameId(query.inspector().GetFrameId(geometry))
-                for geometry in (contact.id_A, contact.id_B)
-            ]
-            touch = contact.depth > _LEAST_DEPTH
-            if touch and all(body.index() in self._links for body in bodies):
-                a, b = sorted(body.name() for body in bodies)
-                deepest[a, b] = max(contact.depth, deepest.get((a, b), 0.0))
-        return deepest
-
-
-def _links(plant: MultibodyPlant, arms: Sequence[ModelInstanceIndex]) -> set[BodyIndex]:
-    """Returns the bodies of arms, and those that the arms carry, a tool of its own instance."""
-    links: set[BodyIndex] = set()
-    for arm in arms:
-        joints = [j for j in plant.GetJointIndices(arm) if plant.get_joint(j).num_velocities()]
-        links |= {*plant.GetBodyIndices(arm), *plant.GetBodiesKinematicallyAffectedBy(joints)}
-    return links

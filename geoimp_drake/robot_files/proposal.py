@@ -14,7 +14,8 @@ from geoimp_drake.arm.start_posture import inverse_kinematics, posture_quality, 
 from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.controllers.config import ImpedanceConfig, RotationGains, TranslationGains
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
-from geoimp_drake.robot_files.preflight import find_unheld_joints, preflight
+from geoimp_drake.robot_files.preflight import find_self_contact, find_unheld_joints
+from geoimp_drake.robot_files.self_contact import SelfContact
 from geoimp_drake.typing import Array
 
 __all__ = ["Proposal", "apparent_inertia", "propose", "propose_impedance"]
@@ -71,9 +72,13 @@ def propose(
     """
     model = ControlModel.of_arm(plant, arm, end_effector_frame)
 
+    contact = SelfContact(plant, scene_graph, [arm]) if scene_graph is not None else None
+
     def warnings_at(q: Array) -> int:
         plant.SetDefaultPositions(arm, model.in_plant_order(q))
-        return len(preflight(plant, arm, end_effector_frame, scene_graph))
+        start = plant.GetDefaultPositions()
+        touching = find_self_contact(contact, start) if contact is not None else []
+        return len(touching) + len(find_unheld_joints(model, q))
 
     tried = (np.round(q, _DIGITS) for q in start_postures(model)[:_POSTURES])
     q = _fewest(tried, warnings_at)

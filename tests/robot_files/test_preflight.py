@@ -48,7 +48,7 @@ def test_an_arm_that_can_be_held_and_does_not_touch_itself_needs_no_word(finding
 def test_links_that_touch_in_every_posture_are_named_with_what_to_do(findings):
     """Balls of 100 mm, 160 mm apart at the farthest."""
     (found,) = findings(SPHERES.replace('radius="0.03"', 'radius="0.1"'))
-    assert "in every one of 50 random postures: l4 and l6 by 40 mm." in found
+    assert "in every one of 50 random postures: l4 and l6 by 40 mm at the least." in found
     assert "collision_filter_group" in found
     assert "geometry 'visual' or 'leave-out'" in found
 
