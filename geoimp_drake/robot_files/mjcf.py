@@ -30,7 +30,7 @@ def take_out_sites(description: Description) -> None:
     for body in [e for e in description.root.iter() if e.tag in ("body", "worldbody")]:
         for site in body.findall("site"):
             body.remove(site)
-            if body.tag == "body" and "name" in site.attrib and "fromto" not in site.attrib:
+            if body.tag == "body" and site.get("name") and "fromto" not in site.attrib:
                 place = Site(site.attrib["name"], body.get("name", ""), poses.of(site))
                 description.sites.append(place)
 

@@ -1,5 +1,6 @@
 """XML as the user wrote it: elements that know the file and the line where they begin."""
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ __all__ = ["Place", "lines_of", "place_of", "read_xml"]
 
 # A file with its meshes' numbers in it, which there are [bytes].
 _LARGEST = 50_000_000
+_DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
 # Elements within each other; what walks through them does so by recursion.
 _DEEPEST = 200
 
@@ -60,7 +62,7 @@ def read_xml(file: Path) -> ET.Element:
     builder = ET.TreeBuilder(element_factory=_Element)
     parser = _parser(start, end, builder.data)
     try:
-        parser.Parse(file.read_bytes(), True)
+        parser.Parse(_DECLARATION.sub(_blank, file.read_bytes()), True)
     except OSError as error:
         raise ConfigurationError(
             f"The robot file {file.absolute()} cannot be read: {error.strerror}."
@@ -68,6 +70,11 @@ def read_xml(file: Path) -> ET.Element:
     except expat.ExpatError as error:
         raise ConfigurationError(f"{file} is not XML: {error}.") from error
     return builder.close()
+
+
+def _blank(declaration: re.Match[bytes]) -> bytes:
+    """Returns spaces for a declaration that does not begin the file, which Drake lets pass."""
+    return declaration[0] if declaration.start() == 0 else b" " * len(declaration[0])
 
 
 def place_of(element: ET.Element) -> Place | None:

@@ -8,7 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint, ModelInstanceIndex, RigidBody, WeldJoint
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION
-from geoimp_drake.errors import ModelError
+from geoimp_drake.errors import ModelError, drake_errors
 from geoimp_drake.robot_files.messages import silent
 from geoimp_drake.robot_files.parsing import named_frames, parse, trial_plant
 from geoimp_drake.robot_files.preparation import prepare
@@ -68,7 +68,7 @@ def survey_robot(file: str | Path, packages: Mapping[str, Path] | None = None) -
         ConfigurationError: the file cannot be read.
         ModelError: no six joints follow one another in it.
     """
-    with silent():
+    with silent(), drake_errors(ModelError, f"Drake cannot use {file}"):
         prepared = prepare(Path(file), packages or {}, "leave-out", None)
         plant, _ = trial_plant()
         instance = parse(prepared.description, plant, packages or {})

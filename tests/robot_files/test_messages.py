@@ -134,6 +134,13 @@ def test_limits_the_wrong_way_round_are_named_where_drake_would_abort(tmp_path, 
     assert abs(int(said.split(":")[1]) - line) <= 1  # the joint's
 
 
+def test_a_declaration_may_follow_blank_lines_as_with_drake(tmp_path):
+    file = RosArm().write(tmp_path)
+    file.write_text(f'\n\n<?xml version="1.0"?>\n{file.read_text()}')
+    line = changed(file, 'type="revolute"', 'type="odd"')
+    assert f"{file}:{line}: error: " in refused(file)
+
+
 def test_sites_are_read_and_no_warning_says_otherwise(tmp_path, caplog):
     with caplog.at_level(logging.WARNING, logger="drake"):
         load_robot(
