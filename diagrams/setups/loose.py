@@ -85,7 +85,6 @@ def build_loose(
     motion_plan = _plan(plant, frames, scenario, X_WH)
     if scenario.duration is None:
         scenario.duration = motion_plan.trajectory.end_time() + scenario.hold
-        scenario.check_length(scenario.duration)
 
     X_WE = X_WH @ scenario.pose_of_mouth().inverse() @ RigidTransform(scenario.remote_centre)
     desired = setup.add_desired_motion(X_WE)
