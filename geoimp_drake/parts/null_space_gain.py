@@ -88,7 +88,7 @@ class GainWatch:
             f"{system}: K_n of the null-space motion is too large at t = {time:.3f} s: the "
             f"motion grows where the period, {self.period:g} s, times its rate of decay exceeds "
             f"{_UNSTABLE:g}, and in this posture that is {self.period * rate:.3g}. Give kappa, a "
-            f"rate in 1/s, in the place of K_n, or a K_n {self.period * rate / _UNSTABLE:.2g} "
-            "times smaller."
+            f"rate in 1/s, in the place of K_n, or a K_n more than "
+            f"{self.period * rate / _UNSTABLE:.3g} times smaller."
         )
         return True

@@ -97,6 +97,7 @@ CASES = {
     "limits": Case(7, "differenced", {"task": LIMITS, "k_beta": 5.0}),
     "plane": Case(7, redundancy={"task": PLANE, "k_beta": 2.0}),
     "identity": Case(7, redundancy={"weight": "identity"}),
+    "constant": Case(7, redundancy={"K_n": np.linspace(1.0, 3.0, 7)}),
     "matrix": Case(7, redundancy={"weight": "matrix", "weight_matrix": WEIGHT}),
     "damped": Case(7, redundancy={"damping": SingularityDamping(1.0, 0.3)}),
     **{f"family {name}": Case(family=name) for name in FAMILIES if name != "quaternion"},

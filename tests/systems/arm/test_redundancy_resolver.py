@@ -135,8 +135,10 @@ def test_the_task_is_evaluated_once_for_an_acceleration() -> None:
     assert task.count == 1
 
 
-def test_an_arm_evaluated_by_drake_and_by_the_chain_is_resolved_alike() -> None:
-    resolver, chain = Resolver.of(TRACK, k_beta=20.0, task=Manipulability()), ChainDynamics(TRACK)
+@pytest.mark.parametrize("K_n", [0.0, 500.0])
+def test_an_arm_evaluated_by_drake_and_by_the_chain_is_resolved_alike(K_n: float) -> None:
+    resolver = Resolver.of(TRACK, K_n, k_beta=20.0, task=Manipulability())
+    chain = ChainDynamics(TRACK)
     for state in random_states(TRACK, 5):
         by_drake = resolver.at(state, A)
         arm = AbstractValue.Make(chain.evaluate(None, state))
