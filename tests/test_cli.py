@@ -103,7 +103,7 @@ def test_options_reach_the_scenario(out, tmp_path):
     assert scenario["impedance"]["orientation"] == "alternative-euler"
     assert scenario["motion"]["orientation"] == "quaternion"
     assert scenario["surface"]["properties"]["friction"] == 0.1
-    assert scenario["seed"] == scenario["sensor"]["seed"] == 3
+    assert (scenario["seed"], scenario["sensor"]["seed"]) == (3, 0)
 
 
 BAD_SETTINGS = {

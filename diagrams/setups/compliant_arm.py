@@ -67,10 +67,11 @@ def add_compliant_arm(
         settings: the controller's, sensor and seed.
     """
     instance = plant.GetModelInstanceByName(arm)
-    settings.sensor.seed = settings.seed
     # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
     # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
-    sensor = wrist_sensor_at(plant, sensor_joint, E, settings.sensor, name=f"{arm}_{WRIST_SENSOR}")
+    sensor = wrist_sensor_at(
+        plant, sensor_joint, E, settings.seeded_sensor(), name=f"{arm}_{WRIST_SENSOR}"
+    )
     controller = builder.AddSystem(
         make_impedance_controller(plant, instance, E, settings, sensor=sensor)
     )

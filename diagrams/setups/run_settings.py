@@ -1,7 +1,7 @@
 """What every scenario has: length and log of the run, its sensors and Drake's own settings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlantConfig
@@ -26,7 +26,7 @@ class RunSettings:
     """Settings of a run that do not depend on what is in the cell."""
 
     experiment: str = "plexiglas"  # names the claims and figures
-    seed: int = 0  # of the sensors' noise
+    seed: int = 0  # of the sensors' noise; that in `sensor` is added to it
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
@@ -58,6 +58,10 @@ class RunSettings:
         if self.duration is not None:
             positive(self.duration, key(name, "duration"), "s")
             self.check_length(self.duration)
+
+    def seeded_sensor(self) -> WristSensorConfig:
+        """Returns the configuration of the sensors with the run's seed added to their own."""
+        return replace(self.sensor, seed=self.seed + self.sensor.seed)
 
     def check_moves(self, segments: Sequence[MotionSegment]) -> None:
         """Raises ConfigurationError if nothing says how long the run is, or too long a motion."""

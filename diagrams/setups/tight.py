@@ -10,7 +10,6 @@ The first hand is the seven-joint arm's, at the bar's end on the side of −y; t
 six-joint arm's.
 """
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -184,12 +183,10 @@ def _sensors(plant: MultibodyPlant, models: _Models, scenario: TightScenario) ->
     # At the start each hand bears half of the bar, and neither turns it.
     share = -0.5 * models.bar.default_mass() * plant.gravity_field().gravity_vector()
     initial = np.concatenate((np.zeros(3), share))
-    sensors = []
-    for k, arm in enumerate(ARMS, 1):
+    sensors, config = [], scenario.seeded_sensor()
+    for arm in ARMS:
         joint = sensor_joint_of(plant, arm)
         tool = tool_load_beyond(plant, joint, without=[models.bar.model_instance()])
-        # Two sensors do not have the same noise.
-        config = dataclasses.replace(scenario.sensor, seed=2 * scenario.seed + k)
         name = f"{arm}_{WRIST_SENSOR}"
         hand = models.hands[arm]
         sensors.append(wrist_sensor_at(plant, joint, hand, config, tool, initial, name))

@@ -18,7 +18,7 @@ from pydrake.multibody.tree import (
 
 from geoimp_drake.typing import Array
 
-__all__ = ["Chain", "KinematicTree", "path_to", "welded_bodies"]
+__all__ = ["Chain", "KinematicTree", "moving_joints_beyond", "path_to", "welded_bodies"]
 
 # Joints from the base outwards, each with the body on its far side.
 Chain = list[tuple[Joint, RigidBody]]
@@ -34,6 +34,16 @@ def welded_bodies(
     """
     tree = KinematicTree(plant, set(without))
     return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
+
+
+def moving_joints_beyond(plant: MultibodyPlant, joint: Joint, frame: Frame) -> list[Joint] | None:
+    """Returns the joints that move between a joint and a frame; None if it is not beyond at all."""
+    path = [further for further, _ in KinematicTree(plant, set()).path_from_world(frame.body())]
+    places = [further.index() for further in path]
+    if joint.index() not in places:
+        return None
+    beyond = path[places.index(joint.index()) + 1 :]
+    return [further for further in beyond if not isinstance(further, WeldJoint)]
 
 
 def path_to(plant: MultibodyPlant, frame: Frame) -> Array | None:

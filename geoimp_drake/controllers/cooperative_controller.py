@@ -11,6 +11,7 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
 from geoimp_drake.controllers.object_loop import ObjectParts, add_object_loop
+from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.parts.two_arms import TwoArms
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
@@ -130,6 +131,8 @@ def make_cooperative_controller(
     ]
     compiles = config.form == "compiled"
     wrists = None
+    for sensor, E in zip(sensors, end_effector_frames, strict=bool(sensors)):
+        check_sensor(sensor, E, config.impedance, config.motion, config.sampling, hands=2)
     if sensors:
         wrists = WristSensors(sensors, reference_is_held=compiles, all_of_them=False)
     if compiles:

@@ -8,6 +8,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
+from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
@@ -94,6 +95,7 @@ def make_impedance_controller(
     arm = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy, task_function)
     sensors = None
     if sensor is not None:
+        check_sensor(sensor, end_effector_frame, config.impedance, config.motion, config.sampling)
         sensors = WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
     if config.form == "compiled":
         controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))

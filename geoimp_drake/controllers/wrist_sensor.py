@@ -2,12 +2,28 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, WeldJoint
+from pydrake.multibody.tree import (
+    Frame,
+    JacobianWrtVariable,
+    Joint,
+    ModelInstanceIndex,
+    RigidBody,
+    WeldJoint,
+)
 from pydrake.systems.framework import DiagramBuilder, System
 
-from geoimp_drake.arm.kinematic_tree import path_to, welded_bodies
+from geoimp_drake.arm.friction_inertia import friction_inertia
+from geoimp_drake.arm.kinematic_tree import (
+    KinematicTree,
+    moving_joints_beyond,
+    path_to,
+    welded_bodies,
+)
+from geoimp_drake.controllers.sensor_checks import warn_of_sensed_inertia
 from geoimp_drake.errors import ModelError
+from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
 from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
@@ -15,6 +31,7 @@ from geoimp_drake.parts.wrist_sensor_config import (
     WristSensorConfig,
 )
 from geoimp_drake.parts.wrist_sensors import PLANT_LISTS
+from geoimp_drake.rotations.so3 import skew
 from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.typing import Array
@@ -65,6 +82,7 @@ def add_wrist_sensor(
         ConfigurationError: a field of the configuration cannot be used.
     """
     sensor = wrist_sensor_at(plant, joint, end_effector_frame, config, tool, initial_wrench)
+    warn_of_sensed_inertia(sensor)
     system = builder.AddNamedSystem(
         unused_name(builder, f"{_scoped_name(joint)}_sensor"),
         ForceTorqueSensor(
@@ -105,6 +123,8 @@ def add_wrist_sensors(
     Raises:
         ConfigurationError: a field of a configuration cannot be used, or the periods differ.
     """
+    for sensor in sensors:
+        warn_of_sensed_inertia(sensor)
     system = builder.AddNamedSystem(
         unused_name(builder, "wrist_sensors"),
         ForceTorqueSensors(sensors, reference_is_held=reference_is_held),
@@ -163,14 +183,8 @@ def wrist_sensor_at(
             f"Joint '{joint.name()}' or frame '{end_effector_frame.name()}' belongs to another "
             f"plant; get them with plant.GetJointByName() and plant.GetFrameByName()."
         )
-    carried_bodies = welded_bodies(plant, joint)
-    T, carried = carried_bodies[0], {body.index() for body in carried_bodies}
-    if end_effector_frame.body().index() not in carried:
-        raise ModelError(
-            f"Frame '{end_effector_frame.name()}' is not fixed beyond joint '{joint.name()}': the "
-            f"sensor would not feel what happens there. Frames on these bodies are: "
-            f"{', '.join(sorted(plant.get_body(index).name() for index in carried))}."
-        )
+    _check_fixed(plant, joint, end_effector_frame)
+    T = welded_bodies(plant, joint)[0]
     context = plant.CreateDefaultContext()
     mounting = SensorMounting(
         # The plant orders its reaction forces so, whatever joints have been removed from it.
@@ -182,13 +196,17 @@ def wrist_sensor_at(
         sign=1.0 if T.index() == joint.child_body().index() else -1.0,
         path=path_to(plant, T.body_frame()),
         num_states=plant.num_multibody_states(),
+        joint_name=_scoped_name(joint),
+        end_effector=end_effector_frame.scoped_name().get_full(),
     )
+    load = tool or tool_load_beyond(plant, joint)
     return WristSensor(
         mounting,
-        tool or tool_load_beyond(plant, joint),
+        load,
         config or WristSensorConfig(),
         initial_wrench,
         name,
+        _sensed_inertia(plant, mounting, load),
     )
 
 
@@ -219,6 +237,47 @@ def _scoped_name(joint: Joint) -> str:
     """Returns the name of a joint after that of its model instance, which the arms differ in."""
     arm = joint.GetParentPlant().GetModelInstanceName(joint.model_instance())
     return f"{arm}_{joint.name()}"
+
+
+def _check_fixed(plant: MultibodyPlant, joint: Joint, E: Frame) -> None:
+    """Raises ModelError unless a frame moves with the body on a weld's far side."""
+    moving = moving_joints_beyond(plant, joint, E)
+    if moving == []:
+        return
+    tree = KinematicTree(plant, set())
+    fixed = tree.carried_by(tree.far_side(joint).index(), through_joints=False)
+    between = ""
+    if moving:
+        names = ", ".join(f"'{further.name()}'" for further in moving)
+        between = f" ({names} move between them)"
+    raise ModelError(
+        f"Frame '{E.name()}' is not fixed beyond joint '{joint.name()}'{between}: the sensor would "
+        f"not feel what happens there alone. Fixed beyond it are frames on these bodies: "
+        f"{', '.join(sorted(body.name() for body in fixed))}."
+    )
+
+
+def _sensed_inertia(
+    plant: MultibodyPlant, mounting: SensorMounting, load: ToolLoad
+) -> SensedInertia:
+    """Returns what a sensor carries and the arm that moves it, in the plant's default posture."""
+    context, W = plant.CreateDefaultContext(), plant.world_frame()
+    body, p_TE = plant.get_body(mounting.tool_body), mounting.X_TE.translation()
+    J = plant.CalcJacobianSpatialVelocity(
+        context, JacobianWrtVariable.kV, body.body_frame(), p_TE, W, W
+    )
+    B = plant.CalcMassMatrix(context)
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
+        for k, added in enumerate(friction_inertia(plant, joint), joint.velocity_start()):
+            B[k, k] += added
+    X_WT = body.EvalPoseInWorld(context)
+    X_WS, X_WE = X_WT @ mounting.X_TS, X_WT @ mounting.X_TE
+    R_WS, p_EC = X_WS.rotation().matrix(), X_WS @ load.centre_of_mass - X_WE.translation()
+    lever = load.mass * skew(p_EC)
+    inertia = R_WS @ load.inertia @ R_WS.T - lever @ skew(p_EC)
+    M_t = np.block([[inertia, lever], [lever.T, load.mass * np.eye(3)]])
+    mobility = J @ np.linalg.pinv(B, hermitian=True) @ J.T  # joints may move nothing
+    return SensedInertia(mobility, M_t, X_WE.rotation().matrix(), plant.time_step())
 
 
 def _gravity(plant: MultibodyPlant, tool: RigidBody) -> Array:

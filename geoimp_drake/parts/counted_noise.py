@@ -1,10 +1,17 @@
 """Noise that depends on a seed and a sample's number, not on earlier draws."""
 
+import hashlib
+
 import numpy as np
 
 from geoimp_drake.typing import Array
 
-__all__ = ["CountedNoise"]
+__all__ = ["CountedNoise", "noise_key"]
+
+
+def noise_key(seed: int, name: str) -> int:
+    """Returns the seed of one of several sources of noise: another one for each seed and name."""
+    return int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:16], "little")
 
 
 class CountedNoise:

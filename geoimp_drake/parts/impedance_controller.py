@@ -101,6 +101,8 @@ class ImpedanceController:
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading."""
         self._loop.start(memory[self.memory.arm], now)
+        if self._sensor is not None:
+            self._sensor.start(memory[self.memory.sensor], now)
 
     def check_start(self, now: Now) -> None:
         """Evaluates the impedance, so that initialization already refuses what it cannot use."""

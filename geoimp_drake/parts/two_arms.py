@@ -114,6 +114,8 @@ class TwoArms:
         for loop, arm, measured in self._each:
             loop.start(memory[arm], now)
             loop.write_motion(memory[arm], now, memory[measured])
+        if self._sensors is not None:
+            self._sensors.start(memory[self.memory.sensors], now)
 
     def check_start(self, now: Now) -> None:
         """Evaluates the object's law, so that initialization already refuses what it cannot use."""

@@ -18,7 +18,7 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.laws.sensing.sensed_wrench import sensed_wrench
 from geoimp_drake.laws.sensing.sensor_reading import filter_gain
-from geoimp_drake.parts.counted_noise import CountedNoise
+from geoimp_drake.parts.counted_noise import CountedNoise, noise_key
 from geoimp_drake.parts.part import Memory, Now
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_signal
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
@@ -40,6 +40,8 @@ class Sensor:
         suffix: of its ports.
 
     Attributes:
+        suffix: of its ports.
+        seed: of its noise; sensors of other joints have others.
         follows: whether the tool's inertial load is that of a reference motion.
         memory: the last reading, the largest so far as fractions of the range, the wrench, and the
             motion that the plant's last step followed.
@@ -49,7 +51,8 @@ class Sensor:
         check(sensor.config, "sensor")
         check(sensor.tool, "tool")
         mounting, tool, config = sensor.mounting, sensor.tool, sensor.config
-        self.suffix, self.seed = suffix, config.seed
+        self.suffix = suffix
+        self.seed = noise_key(config.seed, mounting.joint_name or f"joint {mounting.joint}")
         self._mounting, self._name = mounting, sensor.name
         self._range = np.repeat([config.moment_range, config.force_range], 3)
         resolution = np.repeat([config.moment_resolution, config.force_resolution], 3)

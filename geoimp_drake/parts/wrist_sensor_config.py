@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 
+from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import (
     LARGEST_SEED,
@@ -36,8 +37,10 @@ class WristSensorConfig:
     moment_noise: float = 0.0  # [Nm]
     bias: Array = field(default_factory=lambda: np.zeros(6))  # [moment; force] in S
     filter_cutoff: float = 0.0  # of the first-order low-pass, zero for none [Hz]
-    inertial_load: str = "none"  # of the tool, removed by: none, plant, reference
-    seed: int = 0  # of the noise
+    # Of the tool, removed by the motion of: plant, reference; or none. What is left of it can make
+    # the loop unstable, see `sensed_inertia`.
+    inertial_load: str = "plant"
+    seed: int = 0  # of the noise, with the sensor's name
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -89,6 +92,8 @@ class SensorMounting:
     sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
     path: Array | None = None  # to the tool, see `kinematic_tree.path_to`; None takes `body_poses`
     num_states: int = 0  # of the plant, if there is a path
+    joint_name: str = ""  # of the weld, with its model instance's; empty takes its place
+    end_effector: str = ""  # the name of E, with its model instance's; empty: not known
 
 
 @dataclass(frozen=True)
@@ -100,3 +105,4 @@ class WristSensor:
     config: WristSensorConfig
     initial_wrench: Array | None = None  # h until the first sample (6), zero unless given [Nm, N]
     name: str = ""  # in warnings; that of the system if empty
+    inertia: SensedInertia | None = None  # None: not known, and not checked

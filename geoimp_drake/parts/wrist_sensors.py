@@ -66,8 +66,9 @@ class WristSensors:
         self.plant_inputs = _plant_inputs(sensors, all_of_them)
         references = [f"reference_motion{suffix}" for suffix in suffixes]
         self.inputs = {**self.plant_inputs, **dict.fromkeys(references, FRAME_MOTION_SIZE)}
-        # How many samples there have been, and what belongs to each sensor.
+        # When it began, how many samples there have been, and what belongs to each sensor.
         self.memory = Memory(
+            began=0.0,
             count=0.0,
             **{f"sensor{sensor.suffix}": sensor.memory for sensor in self._sensors},
         )
@@ -88,6 +89,10 @@ class WristSensors:
     def new_workspace(self) -> list[CountedNoise]:
         """Returns a generator of noise for each sensor."""
         return [CountedNoise(sensor.seed) for sensor in self._sensors]
+
+    def start(self, memory: Array, now: Now) -> None:
+        """Remembers when it begins: the plant has not stepped then."""
+        memory[self.memory.began] = now.time
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes a sample of each sensor.
@@ -151,7 +156,7 @@ class WristSensors:
 
     def _outputs_of(self, k: int) -> list[Output]:
         sensor = self._sensors[k]
-        plant = ["memory", *self.plant_inputs]
+        plant = ["memory", "time", *self.plant_inputs]
         plant += [f"reference_motion{sensor.suffix}"] if self._is_held else []
         return [
             held(f"wrench{sensor.suffix}", self.wrenches[k]),
@@ -162,7 +167,8 @@ class WristSensors:
     def _write_true(self, k: int, now: Now, h: Array) -> None:
         memory = now.memory
         place = memory[self._places[k]]
-        if memory[self.memory.count] > 1:
+        # Whether it has been read or not, at the plant's own steps.
+        if now.time > memory[self.memory.began]:
             self._sensors[k].write_true_wrench(now, self._motion(k, place, now), h)
         else:
             h[:] = memory[self.wrenches[k]]

@@ -51,8 +51,7 @@ class LoadedRobot:
             one with this arm's joints.
         end_effector_frame: E.
         sensor_joint: the weld whose reaction force a wrist sensor reads, see `add_wrist_sensor`.
-            Give that sensor `inertial_load: plant` or `reference`: what it carries may be as heavy
-            as the link that carries it, and its inertia would be taken for contact.
+            Leave that sensor its `inertial_load: plant`: it may carry all of the last link.
         changes: what had to be done to the robot, one phrase each.
     """
 

@@ -21,6 +21,7 @@ from geoimp_drake.parts.wrist_sensor_config import (
     ToolLoad,
     WristSensorConfig,
 )
+from geoimp_drake.parts.wrist_sensors import PLANT_LISTS
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor
 
 # Frames: M the mount (held in W), S the sensor, T the tool's first body, E the end effector.
@@ -121,8 +122,12 @@ class FedSensor:
         self.sensor.set_name("sensor")
         self.simulator = Simulator(self.sensor)
         self.feed(np.zeros(6))
-        poses = AbstractValue.Make([identity, identity])
-        self.sensor.GetInputPort("body_poses").FixValue(self.context, poses)
+        for name, kind in PLANT_LISTS.items():
+            if name != "reaction_forces":  # nothing moves
+                at_rest = AbstractValue.Make(
+                    [identity] * 2 if kind is RigidTransform else [kind.Zero()] * 2
+                )
+                self.sensor.GetInputPort(name).FixValue(self.context, at_rest)
 
     @property
     def context(self):

@@ -4,15 +4,22 @@ import logging
 
 import numpy as np
 import pytest
+from arms import make_arm_plant
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import RevoluteJoint, SpatialInertia, WeldJoint
 from pydrake.systems.analysis import InitializeParams
 from pydrake.systems.framework import DiagramBuilder
 from sensor_rig import FedSensor, SensorRig, add_held_tool, random_attitudes
 
-from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor, tool_load_beyond
+from geoimp_drake.controllers.wrist_sensor import (
+    add_wrist_sensor,
+    tool_load_beyond,
+    wrist_sensor_at,
+)
 from geoimp_drake.errors import ConfigurationError, ModelError, SignalError
+from geoimp_drake.parts.counted_noise import CountedNoise
+from geoimp_drake.parts.wrist_sensor import Sensor
 from geoimp_drake.parts.wrist_sensor_config import ToolLoad, WristSensorConfig
 from geoimp_drake.validation import check
 
@@ -126,6 +133,27 @@ def test_noise_depends_on_no_draw_before_it() -> None:
     np.testing.assert_array_equal(fed.samples(3), here)
 
 
+def test_sensors_of_one_plant_with_the_same_settings_have_different_noise() -> None:
+    plant = MultibodyPlant(1e-3)
+    welds = []
+    for name in ("left", "right"):  # the same model twice
+        hand = plant.AddModelInstance(name)
+        ends = (
+            plant.AddRigidBody(end, hand, SpatialInertia.SolidSphereWithMass(1.0, 0.1)).body_frame()
+            for end in ("mount", "tool")
+        )
+        welds.append(plant.AddJoint(WeldJoint("wrist", *ends, RigidTransform())))
+    plant.Finalize()
+    config = WristSensorConfig(force_noise=0.3, moment_noise=0.02, seed=7)
+    sensors = [Sensor(wrist_sensor_at(plant, w, w.frame_on_child(), config), "") for w in welds]
+    keys = {sensor.seed for sensor in sensors}
+    assert len(keys) == 2
+    left, right = (
+        [CountedNoise(sensor.seed).draw(k, 6) for k in range(1, 400)] for sensor in sensors
+    )
+    assert abs(np.corrcoef(np.ravel(left), np.ravel(right))[0, 1]) < 4 / np.sqrt(6 * 400)
+
+
 def test_quantisation_rounds_to_the_nearest_step() -> None:
     fed = FedSensor(WristSensorConfig(force_resolution=0.0635, moment_resolution=0.005))
     fed.feed(REACTION)
@@ -142,6 +170,29 @@ def test_bias_is_added_in_the_sensors_axes() -> None:
     S = rig.plant.GetJointByName("wrist").frame_on_child()
     R_WS = S.CalcPoseInWorld(rig.plant_context).rotation().matrix()
     np.testing.assert_allclose(rig.read()[3:], R_WS @ bias[3:], atol=1e-6)
+
+
+def test_true_wrench_is_there_at_the_plants_steps_however_rarely_the_sensor_reads() -> None:
+    fed = FedSensor(WristSensorConfig(period=0.05))
+    fed.simulator.Initialize()
+    fed.feed(REACTION)
+    np.testing.assert_array_equal(fed.read("wrench_true"), np.zeros(6))
+    fed.simulator.AdvanceTo(0.001)
+    np.testing.assert_array_equal(fed.read(), np.zeros(6))
+    np.testing.assert_allclose(fed.read("wrench_true"), REACTION)
+    fed.simulator.AdvanceTo(0.06)
+    np.testing.assert_allclose(fed.read(), REACTION)
+
+
+def test_initialized_again_in_contact_it_begins_anew(caplog) -> None:
+    """What it felt before, 60 N beyond its range, is neither read nor remembered."""
+    fed = FedSensor(WristSensorConfig(force_range=50.0))
+    fed.feed([0.0, 0.0, 0.0, 0.0, 0.0, 60.0])
+    assert fed.samples(3)[-1][5] == 50.0
+    fed.feed(np.zeros(6))
+    fed.simulator.Initialize()
+    for port in ("wrench", "wrench_true", "peak_reading"):
+        np.testing.assert_array_equal(fed.read(port), np.zeros(6))
 
 
 def test_filter_answers_a_step_like_a_first_order_low_pass() -> None:
@@ -248,3 +299,21 @@ def test_only_a_weld_joint_of_a_finalized_plant_with_E_beyond_it_is_taken() -> N
     other.Finalize()
     with pytest.raises(ModelError, match=r"'E' belongs to another plant"):
         add_wrist_sensor(builder, plant, wrist, other.GetFrameByName("E"))
+
+
+def test_a_sensor_with_joints_between_it_and_E_is_refused_with_their_names() -> None:
+    rig = make_arm_plant(company=True)
+    plant, base = rig.plant, rig.plant.GetBodyByName("base", rig.arm)
+    (plate,) = (
+        joint
+        for joint in map(plant.get_joint, plant.GetJointIndices())
+        if joint.child_body().index() == base.index()
+    )
+    moving = ", ".join(f"'joint{k}'" for k in range(1, 7))
+    with pytest.raises(ModelError, match=rf"'E' is not fixed beyond .*\({moving} move between"):
+        wrist_sensor_at(plant, plate, rig.E)
+    finger = plant.GetFrameByName("finger1")
+    with pytest.raises(ModelError, match=r"\('slide1' move.*these bodies: tool\."):
+        wrist_sensor_at(plant, rig.wrist, finger)
+    # What hangs on the hand is still part of the tool.
+    assert wrist_sensor_at(plant, rig.wrist, rig.E).tool.mass == pytest.approx(1.4 + 2 * 0.3)

@@ -1,0 +1,151 @@
+"""Does a wrist sensor suit its controller? Asked when they are made."""
+
+import logging
+
+import numpy as np
+from pydrake.multibody.tree import Frame
+
+from geoimp_drake.controllers.config import ImpedanceConfig, MotionConfig, SamplingConfig
+from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
+from geoimp_drake.typing import Array
+
+__all__ = ["check_sensor", "sampled_loop", "warn_of_sensed_inertia"]
+
+_log = logging.getLogger("drake")
+
+# Beyond one: what rounding leaves of modes that neither grow nor decay.
+_GROWTH_TOLERANCE = 1e-6
+
+
+def check_sensor(
+    sensor: WristSensor,
+    end_effector_frame: Frame,
+    impedance: ImpedanceConfig,
+    motion: MotionConfig,
+    sampling: SamplingConfig,
+    hands: int = 1,
+) -> None:
+    """Checks a sensor that a controller is given, and warns where `warn_of_sensed_inertia` does.
+
+    Args:
+        sensor: of a hand.
+        end_effector_frame: E of this hand.
+        impedance: of the controller.
+        motion: of the same.
+        sampling: of the same.
+        hands: how many carry what has this impedance.
+
+    Raises:
+        ModelError: the sensor was made for another frame.
+        ConfigurationError: it is too slow.
+    """
+    measured, E = sensor.mounting.end_effector, end_effector_frame.scoped_name().get_full()
+    if measured not in ("", E):
+        raise ModelError(
+            f"The sensor at {sensor.mounting.joint_name} gives the wrench at '{measured}', but the "
+            f"end effector is '{E}'; give one from wrist_sensor_at(plant, joint, E) of this hand."
+        )
+    _check_period(sensor.config.period, impedance, motion)
+    warn_of_sensed_inertia(sensor, impedance, motion, sampling, hands)
+
+
+def _check_period(period: float, impedance: ImpedanceConfig, motion: MotionConfig) -> None:
+    """Raises ConfigurationError if the sensor is slower than all that is to answer it."""
+    own, inner = impedance.natural_period(), 1.0 / min(motion.K_Dp, motion.K_Do)
+    if max(own, inner) < period:
+        raise ConfigurationError(
+            f"sensor.period is {period:g} s; the impedance moves within √(M/K) = {own:.3g} s and "
+            f"the inner loop within 1/K_D = {inner:.3g} s, which readings as rare as these do not "
+            f"follow. Give at most {max(own, inner):.3g} s."
+        )
+
+
+def warn_of_sensed_inertia(
+    sensor: WristSensor,
+    impedance: ImpedanceConfig | None = None,
+    motion: MotionConfig | None = None,
+    sampling: SamplingConfig | None = None,
+    hands: int = 1,
+) -> None:
+    """Warns if what a sensor leaves of its tool's inertial load makes the loop unstable.
+
+    Args:
+        sensor: of a hand.
+        impedance: of the controller that gets the wrench; None takes the default gains.
+        motion: of the same.
+        sampling: of the same.
+        hands: how many carry what has this impedance.
+    """
+    seen, load = sensor.inertia, sensor.config.inertial_load
+    if seen is None or load == "plant" or sensor.tool.mass == 0:
+        return
+    sampling = sampling or SamplingConfig()
+    period = sensor.config.period
+    step = seen.time_step or min(sampling.period, period)
+    loop = sampled_loop(
+        seen,
+        impedance or ImpedanceConfig(),
+        motion or MotionConfig(),
+        step=step,
+        follows=load == "reference",
+        hands=hands,
+    )
+    growth = loop.growth(*(max(1, round(T / step)) for T in (sampling.period, period)))
+    if growth <= 1.0 + _GROWTH_TOLERANCE:
+        return
+    gains = "" if impedance else " at a controller's default gains"
+    _log.warning(
+        f"The sensor at {sensor.mounting.joint_name} carries {100 * seen.share():.1f} % of the "
+        f"inertia that its arm moves there, and its inertial_load is '{load}': the loop through "
+        f"what the reading keeps of the last acceleration is unstable{gains}; motions grow by "
+        f"{100 * (growth - 1):.2g} % in a step of {1e3 * step:g} ms. Set inertial_load to 'plant', "
+        f"or put the sensor where less of the last link is beyond it."
+    )
+
+
+def sampled_loop(
+    seen: SensedInertia,
+    impedance: ImpedanceConfig,
+    motion: MotionConfig,
+    *,
+    step: float,
+    follows: bool = False,
+    hands: int = 1,
+) -> SampledLoop:
+    """Returns the loop of hand, impedance and inner loop about the posture of `seen`.
+
+    Args:
+        seen: what the sensor carries, and the arm behind it.
+        impedance: of what the hands carry.
+        motion: of the inner loop.
+        step: of plant and impedance [s].
+        follows: whether the load of C's motion is removed.
+        hands: how many carry what has this impedance.
+    """
+    mass, damping, stiffness = (
+        _block_diagonal(seen.R_WE @ rotation @ seen.R_WE.T, translation) / hands
+        for rotation, translation in zip(
+            impedance.gains("rotation"), impedance.gains("translation"), strict=True
+        )
+    )
+    free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]
+    # The quaternion law's ε is half of a small angle; the others' displacements are all of it.
+    K_Po = motion.K_Po * (0.5 if motion.orientation == "quaternion" else 1.0)
+    return SampledLoop(
+        seen.mobility,
+        seen.tool,
+        np.linalg.inv(mass) * np.repeat(free, 3)[:, None],
+        damping,
+        stiffness,
+        np.diag(np.repeat([motion.K_Do, motion.K_Dp], 3)),
+        np.diag(np.repeat([K_Po, motion.K_Pp], 3)),
+        step,
+        follows,
+    )
+
+
+def _block_diagonal(rotation: Array, translation: Array) -> Array:
+    none = np.zeros((3, 3))
+    return np.block([[rotation, none], [none, translation]])
