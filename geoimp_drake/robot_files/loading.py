@@ -19,7 +19,7 @@ from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.drive import Drive
 from geoimp_drake.robot_files.geometry import GEOMETRY
 from geoimp_drake.robot_files.inertia_repair import INERTIA, InertiaFault, refuse
-from geoimp_drake.robot_files.messages import silent
+from geoimp_drake.robot_files.messages import of_file, silent
 from geoimp_drake.robot_files.packages import find_package
 from geoimp_drake.robot_files.parsing import find_frame, parse, trial_plant
 from geoimp_drake.robot_files.preparation import prepare
@@ -157,10 +157,8 @@ def load_robot(
     arms = {hand.frame: f"{name}_{hand.frame}" for hand in hands} if end_effectors else {}
     for instance in (name, *arms.values()):
         _check_plant(plant, instance)
-    with drake_errors(ModelError, f"Drake cannot use {file}"):
-        folders = {
-            package: find_package(package, file, packages or {}) for package in packages or {}
-        }
+    with drake_errors(ModelError, f"Drake cannot use {file}"), of_file(file):
+        folders = {p: find_package(p, file, packages or {}) for p in packages or {}}
         description, drives, followers, faults = prepare(file, folders, geometry, cache)
         recipe = _Recipe(
             description,

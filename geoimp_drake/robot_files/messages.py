@@ -5,11 +5,13 @@ import itertools
 import logging
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
+from geoimp_drake.errors import ModelError
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.source import place_of
 
-__all__ = ["in_users_words", "silent"]
+__all__ = ["in_users_words", "of_file", "silent"]
 
 _log = logging.getLogger("drake")
 
@@ -41,6 +43,17 @@ def in_users_words(description: Description) -> Iterator[None]:
     finally:
         _log.removeFilter(gather)
         _say(said, description)
+
+
+@contextlib.contextmanager
+def of_file(file: Path) -> Iterator[None]:
+    """Puts the file before what is said of its robot without naming it."""
+    try:
+        yield
+    except ModelError as error:
+        if file.name in str(error):
+            raise
+        raise ModelError(f"{file}: {error}") from error
 
 
 @contextlib.contextmanager

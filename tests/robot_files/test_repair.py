@@ -14,6 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import load_robot
 
 CASES = Path(__file__).parent / "cases"
@@ -86,6 +87,19 @@ def test_on_the_arms_way_more_than_rounding_is_refused_unless_repair_is_asked_fo
         moments_of(plant, "link_1"), np.diag([0.059, 0.068, 0.127]), atol=1e-12
     )
     assert "inertias replaced by the nearest of a body: link_1 (36.22% off)" in robot.changes
+
+
+def test_a_scenario_may_ask_for_repair_and_inertia_without_mass_is_that_of_shapes(
+    tmp_path,
+):
+    inertial = inertial_urdf(0.0, 0.1, 0.1, 0.1)
+    arm = RosArm(inertial={"link_3": inertial}, visual=BOX, collision=BOX)
+    config = RobotConfig(file=str(arm.write(tmp_path)), end_effector="tool0", geometry="leave-out")
+    with pytest.raises(ModelError, match=r"'link_3'.*without mass there is no inertia"):
+        config.load(MultibodyPlant(1e-3))
+    config.inertia, plant = "repair", MultibodyPlant(1e-3)
+    config.load(plant)
+    assert plant.GetBodyByName("link_3").default_mass() == pytest.approx(6.0)
 
 
 def test_the_nearest_inertia_is_physical_however_it_is_turned(tmp_path):

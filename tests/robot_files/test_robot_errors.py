@@ -52,7 +52,7 @@ def test_unreadable_descriptions(tmp_path, text, match):
 
 def test_too_few_joints(tmp_path):
     file = RosArm(joints=5).write(tmp_path)
-    refused(ModelError, r"5 joints.*joint_1, .*joint_5.*at least 6", file, tmp_path)
+    refused(ModelError, r"arm\.urdf: .* 5 joints.*joint_1, .*joint_5.*at least 6", file, tmp_path)
     refused(
         ModelError, "No joint moves frame 'base_link'", file, tmp_path, end_effector="base_link"
     )
@@ -61,7 +61,7 @@ def test_too_few_joints(tmp_path):
 def test_unknown_frame(tmp_path):
     refused(
         ModelError,
-        r"Unknown frame 'tool'\. Did you mean 'tool0'\? Valid: base_link, flange, link_1.*tool0",
+        r"arm\.urdf: Unknown frame 'tool'\. Did you mean 'tool0'\? Valid: base_link, .*tool0",
         RosArm().write(tmp_path),
         tmp_path,
         end_effector="tool",
@@ -190,6 +190,7 @@ def test_unknown_way_with_geometry(tmp_path):
         ({"file": ""}, "robot.file is empty"),
         ({"end_effector": ""}, "robot.end_effector is empty"),
         ({"geometry": "none"}, "robot.geometry"),
+        ({"inertia": "mend"}, "robot.inertia"),
         ({"base_position": np.zeros(2)}, "robot.base_position"),
         ({"offset_attitude_deg": np.array([0.0, np.nan, 0.0])}, "robot.offset_attitude_deg"),
     ],
