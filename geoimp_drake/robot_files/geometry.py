@@ -9,6 +9,7 @@ from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.inertial_elements import links
 from geoimp_drake.robot_files.meshes import convert_mesh, is_read_by_drake
 from geoimp_drake.robot_files.packages import resolve
+from geoimp_drake.robot_files.source import place_of
 
 __all__ = ["GEOMETRY", "leave_out_geometry", "place_meshes", "place_textures"]
 
@@ -37,7 +38,8 @@ def place_meshes(
     folder = _mesh_folder(description)
     converted: dict[Path, Path] = {}
     for holder, key in _meshes(description):
-        mesh = resolve(_address(holder, key), description.file, packages, folder)
+        uri, place = _address(holder, key), place_of(holder)
+        mesh = resolve(uri, description.file, packages, folder, place)
         if convert and not is_read_by_drake(mesh):
             if mesh not in converted:
                 converted[mesh] = convert_mesh(mesh, cache)

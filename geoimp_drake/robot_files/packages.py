@@ -7,6 +7,7 @@ from pathlib import Path
 from pydrake.multibody.parsing import PackageMap
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.source import Place
 
 __all__ = ["find_package", "package_of", "resolve"]
 
@@ -22,7 +23,13 @@ def package_of(uri: str) -> str | None:
     return None
 
 
-def resolve(uri: str, file: Path, packages: Mapping[str, str | Path], folder: Path) -> Path:
+def resolve(
+    uri: str,
+    file: Path,
+    packages: Mapping[str, str | Path],
+    folder: Path,
+    place: Place | None = None,
+) -> Path:
     """Returns the path of a file that a robot's description names.
 
     Args:
@@ -30,6 +37,7 @@ def resolve(uri: str, file: Path, packages: Mapping[str, str | Path], folder: Pa
         file: the description.
         packages: folders of packages by name; others are looked for, see `find_package`.
         folder: where relative paths start.
+        place: where in the description it stands, for the error.
 
     Raises:
         ConfigurationError: there is no such package or file.
@@ -40,9 +48,9 @@ def resolve(uri: str, file: Path, packages: Mapping[str, str | Path], folder: Pa
         path = folder / uri.removeprefix("file://")
     if not path.is_file():
         raise ConfigurationError(
-            f"{file.name} names '{uri}', but there is no file {path}. Put it there, or leave the "
-            f"geometry out with geometry 'leave-out' (links without inertia have it from their "
-            f"shapes all the same)."
+            f"{place or file.name} names '{uri}', but there is no file {path}. Put it there, or "
+            f"leave the geometry out with geometry 'leave-out' (links without inertia have it from "
+            f"their shapes all the same)."
         )
     return path.resolve()
 

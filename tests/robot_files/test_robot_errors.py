@@ -114,7 +114,7 @@ def test_arm_joint_that_follows_another(tmp_path):
 def test_missing_mesh_and_missing_package(tmp_path):
     file = RosArm().write(tmp_path)
     (file.parents[1] / "meshes" / "shell.dae").unlink()
-    match = r"names 'package://small_arm/meshes/shell\.dae'.*no file .*leave-out"
+    match = r"arm\.urdf:2 names 'package://small_arm/meshes/shell\.dae'.*no file .*leave-out"
     refused(ConfigurationError, match, file, tmp_path)
     (file.parents[1] / "package.xml").unlink()
     match = r"package 'small_arm'.*neither above nor beside.*small_arm: FOLDER"
