@@ -4,6 +4,7 @@ What cannot be written is said before anything is computed; where a disk is full
 found room is kept.
 """
 
+import dataclasses
 import errno
 import json
 import os
@@ -15,7 +16,10 @@ import numpy as np
 import pytest
 
 from geoimp_drake import cli, output_folder
+from geoimp_drake.campaigns import reproduce
+from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.compilation.compiled import is_available
+from geoimp_drake.diagrams.experiments import reproduction
 from geoimp_drake.errors import OutputError
 from geoimp_drake.output_folder import write_file
 
@@ -282,3 +286,35 @@ def test_where_a_disk_becomes_full_what_found_room_is_kept(disk, capsys):
         assert len(log["t"]) == 3
     json.loads((folder / "out" / "metrics.json").read_text("utf-8"))
     assert not list(folder.rglob(".*"))
+
+
+def test_a_sweep_that_fills_the_disk_is_kept_and_gone_on_with(disk, capsys):
+    folder = disk(40)
+    arguments = [*SWEEP, "--samples", "2", "--out", str(folder)]
+    assert cli.main(arguments) == 1
+    error = capsys.readouterr().err
+    assert re.fullmatch(
+        r"geoimp: In .* could not be written: .*success_map.* \(No space left on device\)\. "
+        r"Written: scenario\.yaml, plan\.yaml, samples\.csv.*\n",
+        error,
+    ), error
+    assert len((folder / "journal.jsonl").read_text().splitlines()) == 3
+    subprocess.run(["mount", "-o", "remount,size=1m", str(folder)], check=True)
+    there = ("--scheduler", "tcp://127.0.0.1:1")  # nothing is left to be run
+    assert cli.main([*arguments, *there]) == 0
+    assert (folder / "success_map.pdf").exists()
+
+
+def test_what_a_reproduction_lacks_is_said_even_without_room_for_the_report(monkeypatch, out):
+    def refuse(*_):
+        raise OutputError("no room for the report.")
+
+    (study,) = (s for s in reproduction.studies() if s.name == "consistency")
+    study = dataclasses.replace(study, compared=())
+    monkeypatch.setattr(reproduce, "write_report", refuse)
+    monkeypatch.setattr(reproduce, "_compile_laws", lambda missing: None)
+    monkeypatch.setattr(
+        reproduce, "run_many", lambda runs, *_, **__: dict.fromkeys(runs, Finished(None, "E", 0.0))
+    )
+    with pytest.raises(OutputError, match=r"no room .* Runs without results: consistency/quat.*, "):
+        reproduce.reproduce((study,), out)

@@ -32,6 +32,7 @@ from geoimp_drake.campaigns.study_run import (
     is_current,
     run_study_run,
 )
+from geoimp_drake.errors import OutputError
 from geoimp_drake.output_folder import check_folder
 from geoimp_drake.scenario.loading import plain_data, read_yaml
 from geoimp_drake.simulation.experiment import RUN_FILES
@@ -69,6 +70,7 @@ def reproduce(
     Raises:
         ConfigurationError: an option or the folder cannot be used, or an extra is missing; nothing
             has been written.
+        OutputError: the disk is full; the message says what is missing, what found room is kept.
     """
     label = "geoimp reproduce"
     check_jobs(jobs, label)
@@ -91,9 +93,15 @@ def reproduce(
         fields=RUN_FIELDS,
         is_current=lambda key, ended: key in runs and is_current(runs[key], ended),
     )
-    results = tuple(_result(study, out, finished) for study in studies)
-    reproduction = Reproduction(results, duration)
-    write_report(reproduction, out)
+    try:
+        results = tuple(_result(study, out, finished) for study in studies)
+        reproduction = Reproduction(results, duration)
+        write_report(reproduction, out)
+    except OutputError as error:
+        without = [key for key, ended in finished.items() if ended.result is None]
+        raise OutputError(
+            f"{error} Runs without results: {', '.join(without) or 'none'}."
+        ) from error
     return reproduction
 
 

@@ -22,6 +22,7 @@ from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments import reproduction
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS, get_experiment
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
+from geoimp_drake.scenario.loading import plain_data
 from geoimp_drake.simulation.claims import FAILS, HOLDS, Claim
 
 SHORT = ("--duration", "0.1", "--jobs", "2")
@@ -193,9 +194,13 @@ def test_unusable_options_write_nothing(options, message, out, capsys):
 
 def test_a_folder_with_the_journal_of_a_sweep_is_refused(out, capsys):
     out.mkdir()
-    (out / "journal.jsonl").write_text('{"plan": {"experiment": "plexiglas"}}\n')
+    plan = {"experiment": "plexiglas", "scenario": plain_data(EXPERIMENTS["plexiglas"].scenario())}
+    (out / "journal.jsonl").write_text(json.dumps({"plan": plan}) + "\n")
     assert run(*SHORT, "--out", out) == 2
-    assert "holds runs of another plan" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "holds runs of another plan: command is not given there and 'reproduce' here" in error
+    assert error.count("\n") == 1
+    assert len(error) < 400 + len(str(out))
 
 
 def test_a_missing_template_library_is_named(out, capsys, monkeypatch):
