@@ -11,12 +11,12 @@ from geoimp_drake.controllers.config import (
 )
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
-from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
+from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedanceConfig
 from geoimp_drake.parts.object_load import OBJECT_WRENCHES, ObjectLoad
 from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
 from geoimp_drake.validation import choice, key
 
-__all__ = ["CooperativeControllerConfig"]
+__all__ = ["CooperativeControllerConfig", "InternalGains", "MutualPose", "ObjectLoad"]
 
 
 @dataclass

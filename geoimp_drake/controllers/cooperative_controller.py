@@ -10,6 +10,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
+from geoimp_drake.controllers.internal_gains import make_internal
 from geoimp_drake.controllers.object_loop import ObjectParts, add_object_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.errors import ConfigurationError, ModelError
@@ -64,7 +65,8 @@ def make_cooperative_controller(
         plant: finalized, contains both arms at any base poses; what else it contains is ignored.
         model_instances: the two arms, six or more joints each with an actuator each.
         end_effector_frames: E of each arm, in the same order.
-        config: gains, grasp, object and sampling.
+        config: gains, grasp, object and sampling. What the internal impedance leaves open follows
+            from the arms in the plant's default positions, see `internal_gains`.
         loads: model instances that hang on a hand but are not part of its arm's model: their weight
             stays in the measured wrench.
         task_functions: of redundant arms, in the place of the configured ones.
@@ -122,7 +124,8 @@ def make_cooperative_controller(
             f"None for the configured one."
         )
     models = _models(plant, model_instances, end_effector_frames, loads)
-    held = ObjectParts.of(config, plant.gravity_field().gravity_vector())
+    internal = make_internal(config, models) if config.internal.enabled else None
+    held = ObjectParts.of(config, plant.gravity_field().gravity_vector(), internal)
     arms = [
         InnerLoopParts.of(model, config.motion, config.sampling, redundancy, task)
         for model, redundancy, task in zip(

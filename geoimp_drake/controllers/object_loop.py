@@ -36,19 +36,22 @@ class ObjectParts:
     watch: tuple[GraspWatch, Hold] | None  # None for neither
 
     @staticmethod
-    def of(config: CooperativeControllerConfig, gravity: Array) -> "ObjectParts":
+    def of(
+        config: CooperativeControllerConfig, gravity: Array, internal: Impedance | None
+    ) -> "ObjectParts":
         """Returns the parts.
 
         Args:
             config: of the whole controller.
             gravity: g in W (3) [m/s²].
+            internal: the internal impedance, see `internal_gains.make_internal`.
         """
         period, watch = config.sampling.period, None
         if config.monitor.enabled:
             watch = GraspWatch(config.monitor, period), Hold(config.opened, period)
         return ObjectParts(
             config.impedance.make(),
-            config.internal.make("internal", period) if config.internal.enabled else None,
+            internal,
             GraspPose(config.mutual_pose),
             LoadArguments(config.load, gravity, config.wrench),
             watch,

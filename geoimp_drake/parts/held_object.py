@@ -259,12 +259,13 @@ class HeldObject:
         for k in (1, 2):
             check_wrench(wrenches[k - 1], now.port(f"wrench_{k}"))
         C, mutual = found.state[self.state.compliant], found.state[self.state.mutual]
-        self._impedance.check(now, now["desired_motion"], found.wrenches[0], C)
+        # First the mutual pose: a grasp that cannot be held throws the object about, too.
         if self._internal is not None:
             within = Within(now, {}, {}, label=", mutual pose")
             self._internal.check(within, AT_REST, found.wrenches[2], mutual)
-            if is_set(mutual):
-                check_half_defined(mutual)
+        self._impedance.check(now, now["desired_motion"], found.wrenches[0], C)
+        if self._internal is not None and is_set(mutual):
+            check_half_defined(mutual)
         raise SignalError(f"{now.system}: the references of the hands are not finite.")
 
     def _write_displacement(self, now: Now, value: Array) -> None:

@@ -38,6 +38,12 @@ _ILL_CONDITIONED = 10.0
 
 _UNSCALED = np.ones(2)
 
+# What to do if the motion diverges.
+_REMEDY = (
+    "The integration step must stay well below M/D; shorten the simulator's max_step_size, or "
+    "lower the damping or raise the mass of the impedance."
+)
+
 
 class Impedance:
     """The part of `ImpedanceIntegrator`; arguments and errors are the same.
@@ -55,8 +61,10 @@ class Impedance:
         rotation: OrientationImpedance,
         axes: str = "both",
         K_c: Array | None = None,
+        remedy: str = "",
     ):
         choice(axes, "impedance axes", AXES)
+        self._remedy = remedy or _REMEDY
         self._M_p = spd_matrix(M_p, "M_p")
         self._D_p = spd_matrix(D_p, "D_p")
         self._K_p = spd_matrix(K_p, "K_p")
@@ -221,9 +229,7 @@ class Impedance:
             raise SignalError(
                 f"{now.system}: the motion of C has diverged, an entry of its state is "
                 f"{state[np.argmax(np.abs(state))]:.3g} while the wrench has "
-                f"{wrench[np.argmax(np.abs(wrench))]:.3g}. The integration step must stay well "
-                f"below M/D; shorten the simulator's max_step_size, or lower the damping or raise "
-                f"the mass of the impedance."
+                f"{wrench[np.argmax(np.abs(wrench))]:.3g}. {self._remedy}"
             )
         if self.has_domain:
             C = quaternion.normalized(state[QUATERNION])

@@ -10,40 +10,61 @@ from geoimp_drake.parts.impedance import AXES, Impedance
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, key, spd_matrix
 
-__all__ = ["InternalGains", "InternalImpedanceConfig"]
+__all__ = ["InternalGains", "InternalImpedanceConfig", "is_open"]
 
 # A damper that is integrated in steps of dt diverges at D dt/M = 2; the grasp in series with it and
 # the age of the wrench take their part of that.
 _LARGEST_DECAY_PER_STEP = 1.5
 
 
+_GAINS = ("mass", "damping", "stiffness")
+
+
+def is_open(gain: Array) -> bool:
+    """Whether a gain is left to follow from the arms."""
+    return np.ndim(gain) == 0 and gain == 0
+
+
 @dataclass
 class InternalGains:
-    """Gains of one part: one number for k I, three for the diagonal, or a 3×3 matrix."""
+    """Gains of one part: one number for k I, three for the diagonal, or a 3×3 matrix.
 
-    mass: Array  # [kg or kg m²]
-    damping: Array  # [Ns/m or Nms/rad]
-    stiffness: Array  # [N/m or Nm/rad]
+    Zero leaves a gain open: it follows from the arms when a controller is made, see
+    `controllers.internal_gains`.
+    """
+
+    mass: Array = field(default_factory=lambda: np.array(0.0))  # [kg or kg m²]
+    damping: Array = field(default_factory=lambda: np.array(0.0))  # [Ns/m or Nms/rad]
+    stiffness: Array = field(default_factory=lambda: np.array(0.0))  # [N/m or Nm/rad]
 
     def matrices(self, name: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each).
 
         Raises:
-            ConfigurationError: one of them is not symmetric positive definite.
+            ConfigurationError: one of them is open, or not symmetric positive definite.
         """
+        for gain in _GAINS:
+            if is_open(getattr(self, gain)):
+                raise ConfigurationError(
+                    f"{key(name, gain)} is zero: it follows from the arms of a controller. "
+                    f"Without arms give a number."
+                )
         mass, damping, stiffness = (
-            spd_matrix(getattr(self, gain), key(name, gain))
-            for gain in ("mass", "damping", "stiffness")
+            spd_matrix(getattr(self, gain), key(name, gain)) for gain in _GAINS
         )
         return mass, damping, stiffness
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a gain cannot be used; `name` is put before it."""
-        self.matrices(name)
+        for gain in _GAINS:
+            if not is_open(value := getattr(self, gain)):
+                spd_matrix(value, key(name, gain))
 
     def check_period(self, name: str, period: float) -> None:
         """Raises ConfigurationError if the gains cannot be used with a sampling period [s]."""
-        mass, damping, _ = self.matrices(name)
+        if is_open(self.mass) or is_open(self.damping):
+            return
+        mass, damping = (spd_matrix(getattr(self, gain), key(name, gain)) for gain in _GAINS[:2])
         decay = period * float(np.max(np.linalg.eigvals(np.linalg.solve(mass, damping)).real))
         if decay >= _LARGEST_DECAY_PER_STEP:
             raise ConfigurationError(
@@ -59,12 +80,8 @@ class InternalImpedanceConfig:
     """Gains of the internal impedance; translation in C's axes, rotation in the first hand's."""
 
     enabled: bool = True
-    translation: InternalGains = field(
-        default_factory=lambda: InternalGains(np.array(10.0), np.array(400.0), np.array(2000.0))
-    )
-    rotation: InternalGains = field(
-        default_factory=lambda: InternalGains(np.array(0.3), np.array(12.0), np.array(100.0))
-    )
+    translation: InternalGains = field(default_factory=InternalGains)
+    rotation: InternalGains = field(default_factory=InternalGains)
     axes: str = "both"  # or translation, rotation: the other part of the mutual pose is constant
 
     def validate(self, name: str) -> None:
@@ -76,9 +93,10 @@ class InternalImpedanceConfig:
         for part in ("translation", "rotation"):
             getattr(self, part).check_period(key(name, part), period)
 
-    def make(self, name: str = "internal", period: float = 1e-3) -> Impedance:
-        """Returns the part."""
+    def make(self, name: str = "internal", period: float = 1e-3, remedy: str = "") -> Impedance:
+        """Returns the part; `remedy` is what its error says if the motion diverges."""
         check(self, name)
         self.check_period(name, period)
         rotation = QuaternionImpedance(*self.rotation.matrices(f"{name}.rotation"))
-        return Impedance(*self.translation.matrices(f"{name}.translation"), rotation, self.axes)
+        translation = self.translation.matrices(f"{name}.translation")
+        return Impedance(*translation, rotation, self.axes, remedy=remedy)

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from internal_gains import bar_internal
 from pydrake.common.yaml import yaml_load_typed
 from pydrake.multibody.plant import MultibodyPlant
 from two_arms import ArmPair, add_arms
 
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.internal_impedance import is_open
 from geoimp_drake.systems.cooperation.cooperative_kinematics import ObjectLoad
 from geoimp_drake.validation import check
 
@@ -31,7 +33,7 @@ def parallel() -> ArmPair:
 def test_field_that_cannot_be_used_is_named(
     parallel: ArmPair, part: str, key: str, value, text: str
 ) -> None:
-    config = CooperativeControllerConfig(load=ObjectLoad())
+    config = CooperativeControllerConfig(load=ObjectLoad(), internal=bar_internal())
     setattr(getattr(config, part), key, value)
     for act in (check, parallel.controller):
         with pytest.raises(ConfigurationError, match=text):
@@ -59,7 +61,7 @@ def test_configuration_is_read_from_yaml_over_its_defaults() -> None:
     )
     check(config)
     assert config.internal.translation.damping == 300.0
-    assert config.internal.translation.mass == 10.0
+    assert is_open(config.internal.translation.mass)
     assert config.mutual_pose is not None
     np.testing.assert_array_equal(config.mutual_pose.quaternion, [1.0, 0.0, 0.0, 0.0])
     assert (config.load.mass, config.opened.after) == (4.5, "retreat")

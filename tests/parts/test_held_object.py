@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from internal_gains import bar_internal
 from object_alone import ObjectAlone, object_of_blocks
 from port_values import largest_difference, ports
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -235,7 +236,10 @@ GOOD: dict[str, Signal | np.ndarray] = {
 
 def fed(case: Case, form: str = "compiled", **signals: Signal | np.ndarray) -> Rig:
     config = case.config(form)
-    parts = ObjectParts.of(config, G)
+    internal = None
+    if config.internal.enabled:
+        internal = bar_internal(axes=config.internal.axes).make()
+    parts = ObjectParts.of(config, G, internal)
     if form == "blocks":
         return Rig(object_of_blocks(parts), {**GOOD, **signals})
     part = ObjectAlone(parts.held_object(), config.sampling.period)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from impedance_rig import make_impedance
+from internal_gains import bar_internal
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
@@ -26,7 +27,6 @@ from geoimp_drake.controllers.cooperative_controller import make_cooperative_con
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.models import package_map
-from geoimp_drake.parts.internal_impedance import InternalImpedanceConfig
 from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
@@ -116,7 +116,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
     IndustrialController: (industrial_controller, 6),
-    InternalImpedance: (lambda: InternalImpedance.of(InternalImpedanceConfig().make()), 0),
+    InternalImpedance: (lambda: InternalImpedance.of(bar_internal().make()), 0),
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
     LastMotion: (LastMotion, 0),

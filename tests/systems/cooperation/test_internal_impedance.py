@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from internal_gains import bar_internal
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import (
@@ -34,7 +35,7 @@ def rig_of(
     wrench: Array, measured: Array | None = None, config: InternalImpedanceConfig | None = None
 ) -> Rig:
     return Rig(
-        InternalImpedance.of((config or InternalImpedanceConfig()).make()),
+        InternalImpedance.of((config or bar_internal()).make()),
         {
             "desired_motion": at_rest(),
             "wrench": wrench,
@@ -70,7 +71,7 @@ def test_it_starts_at_rest_on_the_measured_mutual_pose() -> None:
 @pytest.mark.parametrize(("axes", "part"), [("rotation", POSITION), ("translation", QUATERNION)])
 def test_part_that_is_left_out_keeps_the_pose_of_the_grasp(axes: str, part: slice) -> None:
     wrench = np.array([1.0, 1.0, 1.0, 20.0, 20.0, 20.0])
-    rig = rig_of(wrench, config=InternalImpedanceConfig(axes=axes)).advance(0.3)
+    rig = rig_of(wrench, config=bar_internal(axes=axes)).advance(0.3)
     motion = rig.read("compliant_motion")
     np.testing.assert_array_equal(motion[part], at_rest()[part])
     other = QUATERNION if part == POSITION else POSITION
@@ -136,13 +137,13 @@ class _Difference(Source):
 
 def test_error_of_the_grasp_leaves_the_series_of_both_stiffnesses() -> None:
     """Instead of 100 N at 50 000 N/m; what is left is nearly K times the error."""
-    force = squeeze(InternalImpedanceConfig(), 0.002, 5e4, 2.0)
+    force = squeeze(bar_internal(), 0.002, 5e4, 2.0)
     np.testing.assert_allclose(force[-1], -0.002 * 2000.0 * 5e4 / 52000.0, rtol=1e-3)
 
 
 def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> None:
     """The force neither drifts nor grows: the last ten seconds are like ten at the beginning."""
-    force = squeeze(InternalImpedanceConfig(), 0.005, 5e4, 60.0, noise=0.3)
+    force = squeeze(bar_internal(), 0.005, 5e4, 60.0, noise=0.3)
     early, late = force[200:1200], force[-1000:]
     np.testing.assert_allclose(late.mean(), -0.005 * 2000.0 * 5e4 / 52000.0, rtol=2e-3)
     assert 0.0 < late.std() < 1.2 * early.std() < 0.3
@@ -151,24 +152,24 @@ def test_sixty_seconds_of_noise_and_of_an_old_wrench_leave_it_where_it_was() -> 
 def test_damping_too_high_for_the_period_is_refused_with_the_number() -> None:
     gains = InternalGains(np.array(10.0), np.array(18000.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match=r"internal\.translation\.damping .* is 1\.8"):
-        InternalImpedanceConfig(translation=gains).make()
+        bar_internal(translation=gains).make()
     with pytest.raises(ConfigurationError, match="shorten the period"):
-        InternalImpedanceConfig().make(period=0.05)
+        bar_internal().make(period=0.05)
     gains.damping = np.array(12000.0)
-    InternalImpedanceConfig(translation=gains).make()
+    bar_internal(translation=gains).make()
 
 
 def test_full_matrices_are_judged_by_their_fastest_direction() -> None:
     mass = np.array([[10.0, 9.9, 0.0], [9.9, 10.0, 0.0], [0.0, 0.0, 10.0]])
     gains = InternalGains(mass, np.array(400.0), np.array(2000.0))
     with pytest.raises(ConfigurationError, match="is 4"):
-        InternalImpedanceConfig(translation=gains).make()
+        bar_internal(translation=gains).make()
 
 
 @pytest.mark.parametrize("key", ["mass", "damping", "stiffness"])
 @pytest.mark.parametrize("part", ["translation", "rotation"])
 def test_gain_that_is_not_positive_is_named(part: str, key: str) -> None:
-    config = InternalImpedanceConfig()
+    config = bar_internal()
     setattr(getattr(config, part), key, np.diag([1.0, -1.0, 1.0]))
     with pytest.raises(ConfigurationError, match=rf"internal\.{part}\.{key} is not positive"):
         config.make()
