@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from fuzz_mutations import NUMBERS, VALUES, spoilt, spoilt_word, spoilt_xml, value
+from fuzz_mutations import NUMBERS, VALUES, instead, spoilt, spoilt_word, spoilt_xml, value
 from library_tree import ROOT
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
@@ -59,13 +59,13 @@ def _setting(rng: random.Random, files: Path, out: Path) -> Case:
     """Some keys of a scenario set, by the command line or in a file."""
     experiment = rng.choice([*EXPERIMENTS.values(), *OWN.values()])
     base = EXPERIMENTS.get(experiment.name) or EXPERIMENTS["plexiglas"]
-    paths = _paths(plain_data(base.scenario()) if rng.random() < 0.3 else base.defaults())
+    parts = _parts(plain_data(base.scenario()) if rng.random() < 0.3 else base.defaults())
     given = []
-    for _ in range(rng.randint(1, 3)):
-        path = rng.choice(paths)
-        if rng.random() < 0.15:
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        path, part = rng.choice(parts)
+        if rng.random() < 0.1:
             path = spoilt_word(rng, path)
-        given += ["--set", f"{path}={value(rng)}"]
+        given += ["--set", f"{path}={instead(rng, str(part))}"]
     return command("run", experiment.name, *given, "--no-figures", "--out", out)
 
 
@@ -232,13 +232,13 @@ def command(*words: object) -> Case:
     return run, " ".join(word if len(word) < 400 else f"{word[:400]}…" for word in arguments)
 
 
-def _paths(data: object, path: str = "") -> list[str]:
-    """The paths of all parts of a scenario's data."""
-    parts: list = []
+def _parts(data: object, path: str = "") -> list[tuple[str, object]]:
+    """All parts of a scenario's data with their paths."""
+    inner: list = []
     if isinstance(data, dict | list):
-        parts = list(data.items() if isinstance(data, dict) else enumerate(data))
-    inner = [p for key, part in parts for p in _paths(part, f"{path}.{key}" if path else str(key))]
-    return ([path] if path else []) + inner
+        inner = list(data.items() if isinstance(data, dict) else enumerate(data))
+    below = [p for key, part in inner for p in _parts(part, f"{path}.{key}" if path else str(key))]
+    return ([(path, data)] if path else []) + below
 
 
 def _write(file: Path, content: str | bytes) -> Path:

@@ -1,10 +1,11 @@
 """Texts spoilt by chance: words become values that nobody expects, lines, tags and bytes change."""
 
+import contextlib
 import random
 import re
 from xml.sax.saxutils import quoteattr
 
-__all__ = ["NUMBERS", "VALUES", "spoilt", "spoilt_word", "spoilt_xml", "value"]
+__all__ = ["NUMBERS", "VALUES", "instead", "spoilt", "spoilt_word", "spoilt_xml", "value"]
 
 
 def _listed(text: str) -> tuple[str, ...]:
@@ -35,13 +36,21 @@ def value(rng: random.Random) -> str:
     return rng.choice(NUMBERS if rng.random() < 0.4 else VALUES)
 
 
+def instead(rng: random.Random, word: str, values: tuple[str, ...] = VALUES) -> str:
+    """What comes into the place of a word: for a number mostly another one, which may do."""
+    with contextlib.suppress(ValueError):
+        if rng.random() < 0.75:
+            return repr(float(word) * rng.choice((0.5, 0.99, 1.01, 1.5, 2.0, -1.0, 10.0)))
+    return rng.choice(values)
+
+
 def spoilt(rng: random.Random, text: str, values: tuple[str, ...]) -> str | bytes:
     """A text with some words replaced by values, lines doubled or dropped, or bytes changed."""
-    for _ in range(rng.randint(1, 3)):
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
         what = rng.random()
         if what < 0.7:
             word = rng.choice(list(_WORDS.finditer(text)) or [re.match("", text)])
-            text = text[: word.start()] + rng.choice(values) + text[word.end() :]
+            text = text[: word.start()] + instead(rng, word[0], values) + text[word.end() :]
         elif what < 0.85:
             text = _spoilt_lines(rng, text)
         else:

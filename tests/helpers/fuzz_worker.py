@@ -2,7 +2,7 @@
 
 Says `begin N` and `end N`, or `fail N` with what happened, a line each, so that whoever started it
 knows the case that took the process down. Nothing is simulated: a run ends where its simulation
-would begin, and of most runs the diagram is not built either.
+would begin.
 """
 
 import faulthandler
@@ -12,20 +12,18 @@ import sys
 import traceback
 import warnings
 from pathlib import Path
+from typing import Any
 
 import fuzz_cases
 
 from geoimp_drake.campaigns import reproduce, sweep
-from geoimp_drake.diagrams.experiments.catalogue import Experiment
+from geoimp_drake.cli import robots
 from geoimp_drake.errors import GeoimpError, one_line
 from geoimp_drake.simulation import bench, experiment
 
 LONGEST = 60.0  # that a case may take before it counts as hanging [s]
 MOST_SAID = 5000  # characters of an error
 MOST_MEMORY = 8 << 30  # address space [bytes]; Drake and LLVM alone take two
-BUILT = 2  # every so many runs
-
-_build = Experiment.build
 
 
 class NotDoneError(GeoimpError):
@@ -36,9 +34,14 @@ def _stop(*_: object, **__: object) -> None:
     raise NotDoneError("not done here")
 
 
+def _built(build: Any, scenario: Any) -> tuple[list[str], list[str]]:
+    """Stands in the place of what also starts a set-up: numba would compile the laws."""
+    build(scenario)
+    return [], []
+
+
 def run(number: int, seed: int, folder: Path) -> None:
     """Runs one case; raises what is no error of the library, or is one over several lines."""
-    Experiment.build = _build if number % BUILT == 0 else property(lambda _: _stop)
     act, description = fuzz_cases.make_case(number, seed, folder)
     said = ""
     try:
@@ -56,6 +59,7 @@ def main(folder: Path, seed: int, first: int, end: int) -> None:
     for module, name in ((experiment, "simulate"), (sweep, "run_many"), (reproduce, "run_many")):
         setattr(module, name, _stop)
     bench.run_bench = _stop
+    robots.said_of = _built
     warnings.simplefilter("error")
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     os.chdir(folder / "out")
