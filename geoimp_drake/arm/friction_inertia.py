@@ -15,7 +15,8 @@ def friction_inertia(plant: MultibodyPlant, joint: Joint) -> Array:
     moves as if its inertia were B + Δt F. With TAMSI it is taken at the beginning; then, and in a
     continuous plant, it is zero.
     """
-    tamsi = DiscreteContactApproximation.kTamsi
+    # Newer Drakes have no TAMSI.
+    tamsi = getattr(DiscreteContactApproximation, "kTamsi", None)
     explicit = plant.get_discrete_contact_approximation() == tamsi
     added: Array = (0.0 if explicit else plant.time_step()) * joint.default_damping_vector()
     return added
