@@ -262,6 +262,7 @@ class RedundancyConfig:
         """
         check(self, "redundancy")
         n = model.num_joints
+        null_space_gain(self.K_n, self.kappa, n, "redundancy")
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
             task = self.task.make(model)
