@@ -8,6 +8,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.description import Description
 from geoimp_drake.robot_files.source import place_of
 from geoimp_drake.typing import Array
+from geoimp_drake.validation import quoted
 
 __all__ = ["check_numbers", "numbers"]
 
@@ -119,7 +120,7 @@ def _check_range(joint: ET.Element, format: str) -> None:
         high = float(joint.findtext("axis/limit/upper", "").strip() or "inf")
     if low > high:
         raise ConfigurationError(
-            f"{place_of(joint)}: the limits of joint {joint.get('name')!r} are {low:g} and "
+            f"{place_of(joint)}: the limits of joint {quoted(joint.get('name'))} are {low:g} and "
             f"{high:g}, the lower above the upper; exchange them, or take them out if there are "
             f"none."
         )
@@ -142,7 +143,7 @@ def _no_number(
     place = place_of(element)
     where = f"{place}: " if place else ""
     what = f"<{element.tag}>" if key == element.tag else f"<{element.tag} {key}=…>"
-    of = f" of {owner!r}" if owner else ""
+    of = f" of {quoted(owner)}" if owner else ""
     return ConfigurationError(
-        f"{where}{what}{of} is {text!r}; give {wanted} in SI units, without the unit."
+        f"{where}{what}{of} is {quoted(text)}; give {wanted} in SI units, without the unit."
     )

@@ -4,6 +4,7 @@ import re
 import tracemalloc
 
 import pytest
+from library_tree import MODULES
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.scenario.loading import read_yaml
@@ -103,3 +104,11 @@ def test_every_value_has_the_line_of_its_key():
     lines: dict[str, int] = {}
     parse_yaml("a: 1\nb:\n  c:\n    - 2\n    - {d: 3}\n", "f", lines)
     assert lines == {"a": 1, "b": 2, "b.c": 3, "b.c.0": 4, "b.c.1": 5, "b.c.1.d": 5}
+
+
+def test_nothing_else_in_the_library_reads_yaml():
+    """But Drake, what has been read and written again: `yaml_load_typed` fills the dataclasses."""
+    reader = re.compile(r"\b(yaml_load|yaml_load_file|yaml\.\w*load\w*|yaml\.(parse|compose))\(")
+    assert [name for name, file in MODULES.items() if reader.search(file.read_text("utf-8"))] == [
+        "geoimp_drake.scenario.yaml_text"
+    ]
