@@ -8,11 +8,12 @@ from pydrake.systems.framework import Context
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import ArmState, evaluate_arm
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, SingularityError
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.typing import Array
 
 __all__ = [
+    "check_start",
     "find_start_posture",
     "inverse_kinematics",
     "limit_margin",
@@ -22,6 +23,8 @@ __all__ = [
 
 # A start must be well away from a singularity, not just short of one.
 _SINGULAR = 1e-2
+# An arm whose joints all turn by less between their limits is hardly meant so [rad].
+_NARROW = np.deg2rad(20.0)
 # A posture on a limit, which solvers keep to a tolerance, is no start.
 _LEAST_MARGIN = 1e-2
 # Further from the limits than this is no better.
@@ -55,8 +58,32 @@ def find_start_posture(
         SingularityError: the best that was found is at a kinematic singularity.
     """
     best = start_postures(model, X_WE, seed=seed)[0]
-    check_regular(_arm_at(model, model.plant.CreateDefaultContext(), best).Jv_V_WE, _SINGULAR)
+    check_start(model, best)
     return best
+
+
+def check_start(model: ControlModel, q: Array) -> None:
+    """Refuses the best posture of an arm if that is singular, and says if joints can hardly move.
+
+    Args:
+        model: the arm.
+        q: joint positions (n) in the control model's order [rad or m].
+
+    Raises:
+        SingularityError: the smallest singular value of the Jacobian is not above 0.01.
+    """
+    try:
+        check_regular(_arm_at(model, model.plant.CreateDefaultContext(), q).Jv_V_WE, _SINGULAR)
+    except SingularityError as error:
+        lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+        widest = float(np.max((upper - lower)[model.turns > 0.0], initial=0.0))
+        if widest > _NARROW:
+            raise
+        raise SingularityError(
+            f"{error} No joint of this arm turns by more than {np.rad2deg(widest):.3g}° between "
+            f"its limits; radians in a file that counts in degrees? An MJCF does unless it has "
+            f'<compiler angle="radian"/>.'
+        ) from error
 
 
 def start_postures(

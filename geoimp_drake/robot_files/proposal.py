@@ -10,10 +10,14 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.start_posture import inverse_kinematics, posture_quality, start_postures
+from geoimp_drake.arm.start_posture import (
+    check_start,
+    inverse_kinematics,
+    posture_quality,
+    start_postures,
+)
 from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.controllers.config import ImpedanceConfig, RotationGains, TranslationGains
-from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.robot_files.preflight import find_self_contact, find_unheld_joints
 from geoimp_drake.robot_files.self_contact import SelfContact
 from geoimp_drake.typing import Array
@@ -28,8 +32,8 @@ _LEVER = 0.15
 _MOVE, _PUSHED = 0.1, 0.02
 # Of what gravity leaves of the actuators' limits, the first push takes this part at most.
 _SHARE_OF_EFFORT = 0.25
-# So many start postures are looked at, and none with a smaller singular value of the Jacobian.
-_POSTURES, _SINGULAR = 100, 1e-2
+# So many start postures are looked at.
+_POSTURES = 100
 _DIGITS = 3
 
 
@@ -83,8 +87,8 @@ def propose(
     tried = (np.round(q, _DIGITS) for q in start_postures(model)[:_POSTURES])
     q = _fewest(tried, warnings_at)
     plant.SetDefaultPositions(arm, model.in_plant_order(q))
+    check_start(model, q)
     state = _at_rest(model, q)
-    check_regular(state.Jv_V_WE, _SINGULAR)
     impedance = propose_impedance(state, period)
     return Proposal(q, impedance, _move(model, q, state), _push(model, state, impedance))
 

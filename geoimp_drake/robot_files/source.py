@@ -16,6 +16,8 @@ __all__ = ["Place", "lines_of", "place_of", "read_xml"]
 # A file with its meshes' numbers in it, which there are [bytes].
 _LARGEST = 50_000_000
 _DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
+# To the end of the file where nothing closes them: the next one is then not looked for again.
+_COMMENT = re.compile(rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL)
 # Elements within each other; what walks through them does so by recursion.
 _DEEPEST = 200
 
@@ -62,7 +64,8 @@ def read_xml(file: Path) -> ET.Element:
     builder = ET.TreeBuilder(element_factory=_Element)
     parser = _parser(start, end, builder.data)
     try:
-        parser.Parse(_DECLARATION.sub(_blank, file.read_bytes()), True)
+        text = _COMMENT.sub(_without_hyphens, _DECLARATION.sub(_blank, file.read_bytes()))
+        parser.Parse(text, True)
     except OSError as error:
         raise ConfigurationError(
             f"The robot file {file.absolute()} cannot be read: {error.strerror}."
@@ -75,6 +78,14 @@ def read_xml(file: Path) -> ET.Element:
 def _blank(declaration: re.Match[bytes]) -> bytes:
     """Returns spaces for a declaration that does not begin the file, which Drake lets pass."""
     return declaration[0] if declaration.start() == 0 else b" " * len(declaration[0])
+
+
+def _without_hyphens(comment: re.Match[bytes]) -> bytes:
+    """Returns a comment without hyphens in it; two of them are an error that Drake lets pass."""
+    begin, text, end = comment[0][:4], comment[0][4:-3], comment[0][-3:]
+    if begin != b"<!--" or end != b"-->":
+        return comment[0]
+    return begin + text.replace(b"-", b" ") + end
 
 
 def place_of(element: ET.Element) -> Place | None:

@@ -1,5 +1,6 @@
 """What there is in a robot's file: its frames, its arms, and where their hands begin."""
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,8 @@ _SUFFIXES = ("_link", "_frame", "_site", "_point")
 # In the name of a joint, or of the link beyond it, that is a hand's; a wrist moves the gripper.
 _OF_A_HAND = ("finger", "fngr", "jaw", "knuckle", "thumb")
 _GRIPPER = "gripper"
+# These are fingers where there are two of them; alone any of them may be part of an arm.
+_FINGERS = frozenset(("index", "middle", "ring", "little", "pinky"))
 _OF_A_SENSOR = ("camera", "optical", "imu", "sensor")
 
 
@@ -105,6 +108,9 @@ class _Tree:
             if int(b) not in inner
         ]
         self._hand = {joint.name() for joint in joints if _is_of_a_hand(joint, followers)}
+        fingers = [(joint.name(), _fingers(joint)) for joint in joints]
+        if len(set().union(*(words for _, words in fingers))) > 1:
+            self._hand |= {name for name, words in fingers if words}
 
     def arms(self) -> Iterator[ArmInFile]:
         """Yields the arms."""
@@ -179,6 +185,12 @@ def _is_of_a_hand(joint: Joint, followers: set[str]) -> bool:
     names = f"{joint.name()} {joint.child_body().name()}".lower()
     of_a_hand = any(word in names for word in _OF_A_HAND) or _GRIPPER in joint.name().lower()
     return of_a_hand or joint.name() in followers
+
+
+def _fingers(joint: Joint) -> frozenset[str]:
+    """Returns which fingers a joint is named after."""
+    names = f"{joint.name()} {joint.child_body().name()}".lower()
+    return _FINGERS.intersection(re.split("[^a-z]+", names))
 
 
 def _unlikeliness(name: str) -> int:

@@ -10,6 +10,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from geoimp_drake import load_robot
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import evaluate_arm
+from geoimp_drake.errors import SingularityError
 from geoimp_drake.robot_files.parsing import trial_plant
 from geoimp_drake.robot_files.preflight import preflight
 from geoimp_drake.robot_files.proposal import propose, propose_impedance
@@ -52,6 +53,14 @@ def test_gains_and_push_grow_with_the_arms_mass_while_posture_and_motion_stay(ar
     np.testing.assert_allclose(heavy.push, 10.0 * light.push, rtol=0.01)
     np.testing.assert_array_equal(heavy.posture, light.posture)
     np.testing.assert_array_equal(heavy.displacement, light.displacement)
+
+
+def test_radians_in_a_file_that_counts_in_degrees_are_guessed(arm_of):
+    """Limits of ±3.14°, with which every posture of the arm is as good as singular."""
+    narrow = re.sub(r'(lower|upper)="(-?)[^"]*"', rf'\1="\g<2>{np.deg2rad(3.14)}"', LIGHT)
+    plant, arm, E, _ = arm_of(narrow)
+    with pytest.raises(SingularityError, match=r"more than 6\.28° between.*compiler angle"):
+        propose(plant, arm, E)
 
 
 def test_the_hand_is_never_to_feel_lighter_than_it_is(arm_of):

@@ -15,6 +15,7 @@ from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.description import read_description
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.robot_files.parsing import parse
+from geoimp_drake.robot_files.source import read_xml
 from geoimp_drake.validation import check
 
 CASES = Path(__file__).parent / "cases"
@@ -48,6 +49,29 @@ def test_unreadable_descriptions(tmp_path, text, match):
     file = tmp_path / "arm.urdf"
     file.write_text(text)
     refused(ConfigurationError, match, file, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "comment", ["<!-- ===\n<!-- twice begun -->", "<!-- a -- b --->", "<!---->", "<!------>"]
+)
+def test_a_comment_may_hold_hyphens_as_drakes_parser_lets_pass(tmp_path, comment):
+    file = RosArm().write(tmp_path)
+    file.write_text(file.read_text().replace("<link", f"{comment}<link", 1))
+    robot = load_robot(file, MultibodyPlant(1e-3), end_effector="tool0", geometry="leave-out")
+    assert robot.end_effector_frame.name() == "tool0"
+
+
+def test_a_comment_that_nothing_closes_is_refused_at_once(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text("<robot>" + "<!--" * 500_000)
+    refused(ConfigurationError, "is not XML", file, tmp_path)
+
+
+def test_hyphens_beside_comments_stay(tmp_path):
+    file = tmp_path / "arm.xml"
+    file.write_text("<robot a='--'><![CDATA[<!-- a--b -->]]><b/><!-- c--d --></robot>")
+    root = read_xml(file)
+    assert (root.text, root.get("a"), len(root)) == ("<!-- a--b -->", "--", 1)
 
 
 def test_too_few_joints(tmp_path):

@@ -130,3 +130,12 @@ def test_a_robot_without_six_joints_that_follow_one_another_is_refused(survey):
 def test_a_file_that_is_not_there_is_named():
     with pytest.raises(ConfigurationError, match=r"nowhere\.urdf"):
         survey_robot("nowhere.urdf")
+
+
+def test_a_long_finger_is_no_arm(survey):
+    """Fingers of seven joints each, named after those of a hand; "middle" alone is an arm's."""
+    hand = [chain(*joints(f"hand_{f}_", 7), parent="j6_link") for f in ("index", "middle")]
+    (found,) = survey(chain(*joints("j", 6)), *hand).arms
+    assert found.joints == tuple(joints("j", 6))
+    (found,) = survey(chain(*joints("arm_middle_", 6))).arms
+    assert found.joints == tuple(joints("arm_middle_", 6))
