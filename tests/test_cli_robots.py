@@ -113,6 +113,27 @@ def test_a_robot_whose_meshes_are_missing_is_checked_and_begun_without(folder, c
     assert main(["check", "bare.yaml"]) == 0
 
 
+def test_a_package_that_lies_elsewhere_is_named_on_the_command_line(folder, capsys):
+    """A link without mass has its inertia from a mesh in it, so the file is of no use without."""
+    (folder / "elsewhere" / "meshes").mkdir(parents=True)
+    shutil.copy(CASES / "tetra.stl", folder / "elsewhere" / "meshes")
+    address = "package://the_arm/meshes/tetra.stl"
+    shape = f'<collision><geometry><mesh filename="{address}"/></geometry></collision>'
+    text = (folder / "light6.urdf").read_text("utf-8")
+    bare = re.sub(r'(<link name="l4">).*?(</link>)', rf"\1{shape}\2", text, flags=re.DOTALL)
+    (folder / "bare.urdf").write_text(bare, encoding="utf-8")
+    assert main(["check", "bare.urdf"]) == 2
+    assert "Give its folder" in capsys.readouterr().err
+    line = ["--package", "the_arm=elsewhere"]
+    assert main(["check", "bare.urdf", *line]) == 0
+    assert main(["init", "bare.yaml", "--robot", "bare.urdf", *line]) == 0
+    assert main(["check", "bare.yaml"]) == 0
+    scenario = yaml.safe_load((folder / "bare.yaml").read_text("utf-8"))
+    assert scenario["robot"]["packages"] == {"the_arm": "elsewhere"}
+    assert main(["check", "bare.urdf", "--package", "elsewhere"]) == 2
+    assert "'elsewhere'; give NAME=FOLDER" in capsys.readouterr().err
+
+
 def test_an_arm_with_an_inertia_that_no_body_has_is_begun_with_its_repair(folder, capsys):
     text = (folder / "light6.urdf").read_text().replace('izz="0.004"', 'izz="0.1"', 1)
     (folder / "odd.urdf").write_text(text)
@@ -167,7 +188,7 @@ UNUSABLE = {
     "init new.yaml --robot there.yaml": "is not XML",
     "check nowhere.urdf": "nowhere.urdf",
     "check nowhere.yaml": "nowhere.yaml",
-    "check there.yaml --end-effector l6": "--end-effector is for a robot's file",
+    "check there.yaml --end-effector l6": "--end-effector and --package are for a robot's file",
     "check there.yaml": "does not name its experiment",
     "check .": "cannot be read",
     "check": "required: FILE",

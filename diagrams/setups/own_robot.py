@@ -3,7 +3,7 @@
 import contextlib
 import copy
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -62,7 +62,10 @@ class OwnRobot:
 
 
 def propose_scenario(
-    file: Path, end_effector: str | None = None, geometry: str | None = None
+    file: Path,
+    end_effector: str | None = None,
+    geometry: str | None = None,
+    packages: Mapping[str, Path] | None = None,
 ) -> OwnRobot:
     """Returns a scenario that a robot runs at once: it moves, comes back and is pushed.
 
@@ -71,13 +74,15 @@ def propose_scenario(
         end_effector: a link, frame or site; by default that of the longest arm.
         geometry: what the scenario does with the robot's shapes, its default unless given; they are
             left out where they cannot be read.
+        packages: folders of `package://` names.
 
     Raises:
         ConfigurationError: the file cannot be read.
         ModelError: no arm of six joints is in it, no such frame, or as `load_robot`.
     """
-    survey = survey_robot(file)
+    survey = survey_robot(file, packages)
     config = RobotConfig(str(file), end_effector or survey.arms[0].end_effector)
+    config.packages = {name: str(found) for name, found in (packages or {}).items()}
     config.geometry = geometry or config.geometry
     scenario = SingleArmScenario(experiment="custom", arm="arm", robot=config)
     problems: list[str] = []

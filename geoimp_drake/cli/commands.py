@@ -93,9 +93,10 @@ def init(options: argparse.Namespace) -> int:
     """Writes a commented scenario. Returns the exit status."""
     file = options.file
     if options.robot is None:
-        if file is None or options.end_effector is not None:
+        if file is None or options.end_effector is not None or options.packages:
             raise ConfigurationError(
-                "Name the file to write, or give a robot with --robot; --end-effector is for one."
+                "Name the file to write, or give a robot with --robot; --end-effector and "
+                "--package are for one."
             )
         _init_experiment(file, options.base or "plexiglas")
     else:
@@ -104,9 +105,18 @@ def init(options: argparse.Namespace) -> int:
         from geoimp_drake.cli.robots import init_robot
 
         file = file or Path(f"{options.robot.stem}.yaml")
-        init_robot(options.robot, options.end_effector, file)
+        init_robot(options.robot, options.end_effector, _packages(options), file)
     print(f"written: {file}\nrun it: geoimp run --scenario {file}")
     return SUCCESS
+
+
+def _packages(options: argparse.Namespace) -> dict[str, Path]:
+    """Returns the folders of packages by name."""
+    parts = {text: text.partition("=") for text in options.packages}
+    for text, (name, _, folder) in parts.items():
+        if not (name and folder):
+            raise ConfigurationError(f"--package is {text!r}; give NAME=FOLDER.")
+    return {name: Path(folder) for name, _, folder in parts.values()}
 
 
 def _init_experiment(file: Path, name: str) -> None:
@@ -126,10 +136,12 @@ def check(options: argparse.Namespace) -> int:
     from geoimp_drake.scenario.loading import read_layer
 
     if options.file.suffix.lower() not in (".yaml", ".yml"):
-        check_robot(options.file, options.end_effector)
+        check_robot(options.file, options.end_effector, _packages(options))
         return SUCCESS
-    if options.end_effector is not None:
-        raise ConfigurationError("--end-effector is for a robot's file; a scenario names its own.")
+    if options.end_effector is not None or options.packages:
+        raise ConfigurationError(
+            "--end-effector and --package are for a robot's file; a scenario names its own."
+        )
     experiment = get_experiment(_named_in(options.file))
     check_scenario(experiment, experiment.scenario((read_layer(options.file),)))
     return SUCCESS

@@ -40,7 +40,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     init.add_argument("--from", dest="base", metavar="EXPERIMENT", help="to begin with (plexiglas)")
     init.add_argument("--robot", type=Path, metavar="ROBOT", help="URDF, SDF or MJCF file")
-    _add_end_effector(init)
+    _add_robot_options(init)
     init.set_defaults(command=commands.init)
     check = subparsers.add_parser(
         "check",
@@ -52,7 +52,7 @@ def make_parser() -> argparse.ArgumentParser:
     check.add_argument(
         "file", type=Path, metavar="FILE", help="a robot (URDF, SDF, MJCF), or a scenario (YAML)"
     )
-    _add_end_effector(check)
+    _add_robot_options(check)
     check.set_defaults(command=commands.check)
     run = subparsers.add_parser("run", help="run one experiment and write log, claims and figures")
     _add_run_options(run)
@@ -92,11 +92,19 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_end_effector(parser: argparse.ArgumentParser) -> None:
+def _add_robot_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--end-effector",
         metavar="NAME",
         help="link, frame or site of the robot (its last, or one that is named like a tool)",
+    )
+    parser.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        dest="packages",
+        metavar="NAME=FOLDER",
+        help="where package://NAME/ of the robot's file lies; may be given again",
     )
 
 

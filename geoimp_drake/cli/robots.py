@@ -1,5 +1,6 @@
 """What `geoimp init --robot` and `geoimp check` print and write."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +17,22 @@ from geoimp_drake.scenario.template import check_new, write_template
 __all__ = ["check_robot", "check_scenario", "init_robot"]
 
 
-def init_robot(robot: Path, end_effector: str | None, file: Path) -> None:
+def init_robot(
+    robot: Path, end_effector: str | None, packages: Mapping[str, Path], file: Path
+) -> None:
     """Writes a scenario for a robot; what is printed of the robot is at its top, too."""
     check_new(file)
-    own = propose_scenario(robot, end_effector)
+    own = propose_scenario(robot, end_effector, packages=packages)
     says = describe(own)
     _print([says, ""], _warnings(own))
     own.robot.file = _seen_from(file, robot)
+    own.robot.packages = {name: _seen_from(file, found) for name, found in packages.items()}
     write_template(file, own.scenario, says)
 
 
-def check_robot(file: Path, end_effector: str | None) -> None:
+def check_robot(file: Path, end_effector: str | None, packages: Mapping[str, Path]) -> None:
     """Prints what there is in a robot's file, and what is to be warned of, all shapes included."""
-    own = propose_scenario(file, end_effector, WITH_SHAPES)
+    own = propose_scenario(file, end_effector, WITH_SHAPES, packages)
     _print([describe(own), ""], _warnings(own))
 
 

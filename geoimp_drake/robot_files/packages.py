@@ -81,7 +81,8 @@ def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> P
         return Path(ros.GetPath(name))
     raise ConfigurationError(
         f"{file.name} names the package '{name}', which is neither above nor beside {file.parent} "
-        f"nor in ROS_PACKAGE_PATH. Give its folder in packages, as {name}: FOLDER."
+        f"nor in ROS_PACKAGE_PATH. Give its folder in packages, as {name}: FOLDER (or by --package "
+        f"{name}=FOLDER)."
     )
 
 
