@@ -117,6 +117,7 @@ class SetupBuilder(Generic[Models]):
         """
         if self._meshcat is None:
             return
+        step = self._scenario.plant.time_step or self._scenario.log_period
         add_visualization(
             self.builder,
             self._scene_graph,
@@ -125,12 +126,12 @@ class SetupBuilder(Generic[Models]):
             frames={frame: self.recorder.port(f"{name}/motion_{frame}") for frame in frames},
             wrench=wrench,
             at=frames[-1],
-            step=self._scenario.plant.time_step or self._scenario.log_period,
+            step=step,
         )
         if self._live:
             push = not self._pushes
             add_live_controls(
-                self.builder, self._meshcat, self.plant, controller, pushed, push=push
+                self.builder, self._meshcat, self.plant, controller, pushed, push=push, step=step
             )
 
     def frame_models(self, E: Frame) -> None:

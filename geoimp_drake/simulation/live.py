@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 )
 
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.simulation.visualization import FRAME_PERIOD, frame_period
 from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
@@ -32,7 +33,6 @@ PUSH, PAUSE = "Push the hand", "Pause / go on"
 _FACTORS = (0.25, 4.0)
 _LAG = 0.3  # [s] with which the stiffness follows a slider
 _MOST_POWER = 20.0  # [W] that can be shown
-_READ_PERIOD = 1 / 32  # [s]
 _PUSH_FORCE, _PUSH_DURATION = 20.0, 0.5  # [N, s]
 
 
@@ -44,6 +44,7 @@ def add_live_controls(
     hand: Frame,
     *,
     push: bool = True,
+    step: float | None = None,
 ) -> None:
     """Adds sliders for the stiffness and a button that pushes, connected to a controller.
 
@@ -56,9 +57,11 @@ def add_live_controls(
         controller: with the ports `stiffness_scale` and `energy`.
         hand: at whose origin the push acts.
         push: whether there is a push; its plant port must be free.
+        step: of the simulation [s], by default the plant's; see `visualization.frame_period`.
     """
+    period = frame_period(plant.time_step() if step is None else step)
     sliders = builder.AddNamedSystem(
-        unused_name(builder, "stiffness_sliders"), StiffnessSliders(meshcat)
+        unused_name(builder, "stiffness_sliders"), StiffnessSliders(meshcat, period)
     )
     builder.Connect(
         sliders.GetOutputPort("stiffness_scale"), controller.GetInputPort("stiffness_scale")
@@ -66,7 +69,7 @@ def add_live_controls(
     builder.Connect(controller.GetOutputPort("energy"), sliders.GetInputPort("energy"))
     if push:
         button = builder.AddNamedSystem(
-            unused_name(builder, "push_button"), PushButton(meshcat, hand)
+            unused_name(builder, "push_button"), PushButton(meshcat, hand, period)
         )
         builder.Connect(button.get_output_port(), plant.get_applied_spatial_force_input_port())
 
@@ -80,6 +83,7 @@ class StiffnessSliders(Block):
 
     Args:
         meshcat: where the sliders appear.
+        period: with which they are read [s].
 
     Ports:
         input energy: `ImpedanceEnergy` of the impedance (9)
@@ -87,7 +91,7 @@ class StiffnessSliders(Block):
         output injected_power: by both (1) [W]
     """
 
-    def __init__(self, meshcat: Meshcat):
+    def __init__(self, meshcat: Meshcat, period: float = FRAME_PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._energy = self.DeclareVectorInputPort("energy", len(ImpedanceEnergy.get_fields()))
@@ -99,8 +103,8 @@ class StiffnessSliders(Block):
         for name in (TRANSLATION, ROTATION):
             _add_slider(meshcat, name, *_FACTORS, 0.05, 1.0)
         _add_slider(meshcat, INJECTED, -_MOST_POWER, _MOST_POWER, 0.01, 0.0)
-        self.DeclarePeriodicDiscreteUpdateEvent(_READ_PERIOD, 0.0, self._read)
-        self.DeclarePeriodicPublishEvent(_READ_PERIOD, 0.0, self._show)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
+        self.DeclarePeriodicPublishEvent(period, 0.0, self._show)
 
     def _read(self, context: Context, state: DiscreteValues) -> None:
         before = context.get_discrete_state(self._targets).value()
@@ -149,12 +153,13 @@ class PushButton(Block):
     Args:
         meshcat: where the button appears.
         hand: at whose origin the force acts.
+        period: with which it is read [s].
 
     Ports:
         output applied_spatial_force: for the plant's port, list of ExternallyAppliedSpatialForce
     """
 
-    def __init__(self, meshcat: Meshcat, hand: Frame):
+    def __init__(self, meshcat: Meshcat, hand: Frame, period: float = FRAME_PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._body = hand.body().index()
@@ -162,7 +167,7 @@ class PushButton(Block):
         # How often it has been clicked, and when last [s].
         self.declare_state([0.0, -np.inf])
         meshcat.AddButton(PUSH)
-        self.DeclarePeriodicDiscreteUpdateEvent(_READ_PERIOD, 0.0, self._read)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
         self.DeclareAbstractOutputPort(
             "applied_spatial_force",
             lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]),

@@ -26,9 +26,16 @@ from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 
-__all__ = ["FrameTriads", "WrenchArrow", "add_visualization", "frame_models", "frame_period"]
+__all__ = [
+    "FRAME_PERIOD",
+    "FrameTriads",
+    "WrenchArrow",
+    "add_visualization",
+    "frame_models",
+    "frame_period",
+]
 
-_PERIOD = 1 / 32  # [s]; of frames at least
+FRAME_PERIOD = 1 / 32  # [s]; at least
 _AXIS_COLOURS = (Rgba(0.84, 0.15, 0.16), Rgba(0.17, 0.63, 0.17), Rgba(0.12, 0.47, 0.71))
 _AXIS_ROTATIONS = (
     RotationMatrix.MakeYRotation(np.pi / 2),
@@ -94,8 +101,8 @@ def frame_period(step: float) -> float:
     Args:
         step: between times at which the simulation stops anyway [s]; 0 if there are none.
     """
-    period = step or _PERIOD
-    while period < _PERIOD:
+    period = step or FRAME_PERIOD
+    while period < FRAME_PERIOD:
         period *= 2.0
     return period
 
@@ -142,7 +149,7 @@ class FrameTriads(Block):
         input NAME: motion of the frame of that name in W (19), one port a frame
     """
 
-    def __init__(self, meshcat: Meshcat, names: tuple[str, ...], period: float = _PERIOD):
+    def __init__(self, meshcat: Meshcat, names: tuple[str, ...], period: float = FRAME_PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._names = names
@@ -166,7 +173,7 @@ class WrenchArrow(Block):
         input wrench: [moment; force] on the environment in W (6)
     """
 
-    def __init__(self, meshcat: Meshcat, period: float = _PERIOD):
+    def __init__(self, meshcat: Meshcat, period: float = FRAME_PERIOD):
         super().__init__()
         self._meshcat = meshcat
         self._motion = self.DeclareVectorInputPort("motion_E", frame_motion_vector())
