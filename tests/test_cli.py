@@ -235,6 +235,7 @@ def test_unusable_arguments_end_with_status_2_and_one_line(arguments, message, c
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_to_end_is_an_interrupt_with_its_name(number, capsys, monkeypatch):
     cleared = []
+    before = signal.signal(number, signal.SIG_DFL)  # it may be ignored, as below
 
     def command(_) -> int:
         try:
@@ -249,6 +250,7 @@ def test_a_signal_to_end_is_an_interrupt_with_its_name(number, capsys, monkeypat
     assert capsys.readouterr().err == f"geoimp: interrupted by {number.name}\n"
     assert cleared
     assert signal.getsignal(number) == signal.SIG_DFL
+    signal.signal(number, before)
 
 
 def test_a_signal_that_is_ignored_stays_so(monkeypatch):

@@ -138,7 +138,7 @@ def check_jobs(jobs: int, label: str) -> None:
 def _client(jobs: int, scheduler: str | None) -> Iterator[Any]:
     """Yields a client of the scheduler, or of processes of its own."""
     if scheduler is None:
-        with _local_cluster(jobs) as cluster, cluster.get_client() as client:
+        with _local_cluster(jobs) as cluster, _client_of(cluster) as client:
             yield client
     else:
         with _connected(scheduler) as client:
@@ -187,12 +187,17 @@ def _same_variables() -> Iterator[None]:
             del os.environ[name]
 
 
-def _connected(address: str) -> Any:
-    """Returns a client of a scheduler that answers and has workers."""
+def _client_of(scheduler: Any, **options: Any) -> Any:
+    """Returns a client that is not what Dask computes with by default: xarray would look for it."""
     from distributed import Client
 
+    return Client(scheduler, set_as_default=False, **options)
+
+
+def _connected(address: str) -> Any:
+    """Returns a client of a scheduler that answers and has workers."""
     try:
-        client = Client(address, timeout=_CONNECT_TIMEOUT)
+        client = _client_of(address, timeout=_CONNECT_TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(
             f"The scheduler {address} does not answer within {_CONNECT_TIMEOUT:g} s: "
@@ -221,7 +226,7 @@ def _run(
         client.submit(_attempt, function, task, key=f"{run}-{key}", pure=False): key
         for key, task in tasks.items()
     }
-    for future in as_completed(futures):
+    for future in as_completed(futures, loop=client.loop):
         yield (futures[future], *_ending(future))
 
 
