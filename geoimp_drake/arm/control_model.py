@@ -86,6 +86,8 @@ class ControlModel:
         model_instance: ModelInstanceIndex,
         end_effector_frame: Frame,
         without: Sequence[ModelInstanceIndex] = (),
+        *,
+        gravity: bool = True,
     ) -> "ControlModel":
         """Makes the control model of an arm in `plant`.
 
@@ -95,6 +97,7 @@ class ControlModel:
             end_effector_frame: E, fixed in the arm's last link or in something welded to it.
             without: model instances that hang on the arm but are not part of its model (a load
                 whose weight stays in the measured wrench).
+            gravity: whether the arm has weight; not so if the robot itself holds it.
 
         Raises:
             ModelError: the plant does not contain such an arm; the message says what is missing.
@@ -106,7 +109,8 @@ class ControlModel:
         chain = _chain_of(tree, model_instance, end_effector_frame)
         actuators = _actuators_of(plant, model_instance, chain)
         model = MultibodyPlant(time_step=0.0)
-        model.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
+        weight = plant.gravity_field().gravity_vector() * float(gravity)
+        model.mutable_gravity_field().set_gravity_vector(weight)
         arm = f"'{plant.GetModelInstanceName(model_instance)}' cannot be modelled"
         with drake_errors(ModelError, arm):
             E = copy_arm(tree, chain, actuators, end_effector_frame, model, model_instance)

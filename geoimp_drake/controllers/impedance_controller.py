@@ -89,10 +89,9 @@ def make_impedance_controller(
         ConfigurationError: the configuration cannot be used.
     """
     config = config or ImpedanceControllerConfig()
-    check(config)
-    model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
-    impedance = config.impedance.make()
-    arm = InnerLoopParts.of(model, config.motion, config.sampling, config.redundancy, task_function)
+    impedance, arm = controller_parts(
+        plant, model_instance, end_effector_frame, config, task_function
+    )
     sensors = None
     if sensor is not None:
         check_sensor(sensor, end_effector_frame, config.impedance, config.motion, config.sampling)
@@ -103,6 +102,33 @@ def make_impedance_controller(
         controller = _of_blocks(impedance, arm, sensors)
     controller.set_name(name_after_arms(plant, [model_instance], "impedance_controller"))
     return controller
+
+
+def controller_parts(
+    plant: MultibodyPlant,
+    model_instance: ModelInstanceIndex,
+    end_effector_frame: Frame,
+    config: ImpedanceControllerConfig,
+    task_function: TaskFunction | None,
+    *,
+    gravity: bool = True,
+) -> tuple[Impedance, InnerLoopParts]:
+    """Returns the parts of the blocks; arguments and errors are those of the controller.
+
+    Args:
+        plant: this and the following four are those of `make_impedance_controller`.
+        model_instance: see there.
+        end_effector_frame: see there.
+        config: see there.
+        task_function: see there.
+        gravity: whether the torques hold the arm's weight.
+    """
+    check(config)
+    model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=gravity)
+    impedance = config.impedance.make()
+    return impedance, InnerLoopParts.of(
+        model, config.motion, config.sampling, config.redundancy, task_function
+    )
 
 
 def _of_blocks(impedance: Impedance, arm: InnerLoopParts, sensors: WristSensors | None) -> System:

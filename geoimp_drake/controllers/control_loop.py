@@ -1,0 +1,142 @@
+"""The impedance controller without a simulator: torques from readings, tick by tick."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
+from geoimp_drake.controllers.impedance_controller import controller_parts
+from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.parts.impedance_controller import ImpedanceController
+from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import choice
+
+__all__ = ["GRAVITY", "ControlLoop"]
+
+# Who holds the arm's weight.
+GRAVITY = ("controller", "robot")
+
+
+class ControlLoop:
+    """The controller of `make_impedance_controller`, called by hand at each tick of a robot.
+
+    It takes what a robot reports and returns the torques for it, in the robot's own order of
+    joints. It is the part that the form `compiled` makes a system of; C is integrated by explicit
+    Euler over the time between ticks.
+
+    Args:
+        plant: finalized, contains the arm as `make_impedance_controller` wants it.
+        model_instance: the arm.
+        end_effector_frame: E, the frame that is made compliant.
+        config: gains, orientation family and sampling; `form` has no effect.
+        gravity: who holds the arm's weight: `controller`, or `robot`, which adds it to the torques
+            that it is given, as iiwa, Franka and UR do.
+        joints: the joints' names in the robot's order; by default that from base to hand.
+        task_function: of a redundant arm, in the place of the configured one.
+
+    Attributes:
+        model: the arm; it has no weight if the robot holds it.
+        joints: the order of q, v and torques.
+        period: of a tick, unless `step` is told another [s].
+
+    Raises:
+        ModelError: the plant does not contain such an arm.
+        ConfigurationError: the configuration cannot be used, or `joints` are not those of the arm.
+    """
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        model_instance: ModelInstanceIndex,
+        end_effector_frame: Frame,
+        config: ImpedanceControllerConfig | None = None,
+        *,
+        gravity: str = "controller",
+        joints: Sequence[str] | None = None,
+        task_function: TaskFunction | None = None,
+    ):
+        choice(gravity, "gravity", GRAVITY)
+        config = config or ImpedanceControllerConfig()
+        impedance, arm = controller_parts(
+            plant,
+            model_instance,
+            end_effector_frame,
+            config,
+            task_function,
+            gravity=gravity == "controller",
+        )
+        self.model, self.period = arm.model, config.sampling.period
+        self.joints = RobotJoints(arm.model, joints)
+        name = plant.GetModelInstanceName(model_instance)
+        self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")
+
+    @property
+    def state(self) -> Array:
+        """All that the loop remembers, one array; copy it to save it, write to it to restore it."""
+        return self._loop.state
+
+    def reset(
+        self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None
+    ) -> Array:
+        """Starts C at rest on the measured pose of E; returns the torques as `step` does.
+
+        Args:
+            q: joint positions (n) [rad, m].
+            v: joint velocities (n) [rad/s, m/s].
+            wrench: h by the end effector on the environment, about Eo, in W (6); zero by default.
+            desired: motion of D in W (19); at rest on E by default.
+
+        Raises:
+            SignalError: a signal cannot be used.
+        """
+        readings = {
+            "estimated_state": self.joints.reading(q, v),
+            "wrench": np.zeros(6) if wrench is None else wrench,
+        }
+        desired = frame_motion_at_rest(self.pose(q)) if desired is None else desired
+        self._loop.reset({**readings, "desired_motion": desired})
+        return self.joints.torques(self._loop.output("actuation"))
+
+    def step(
+        self, q: Array, v: Array, wrench: Array, desired: Array, dt: float | None = None
+    ) -> Array:
+        """Returns the torques of the next tick (n) [Nm, N].
+
+        Args:
+            q: joint positions (n) [rad, m].
+            v: joint velocities (n) [rad/s, m/s].
+            wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N].
+            desired: motion of D in W, see `frame_motion` (19).
+            dt: time since the last tick [s]; the period of sampling by default.
+
+        Raises:
+            SignalError: a signal is not finite or of another size, or no time has passed.
+            SingularityError: six joints in an exactly singular posture, or an attitude leaves the
+                domain of its law.
+        """
+        readings = {"estimated_state": self.joints.reading(q, v), "wrench": wrench}
+        elapsed = self.period if dt is None else dt
+        self._loop.step(readings, {"desired_motion": desired}, elapsed)
+        return self.joints.torques(self._loop.output("actuation"))
+
+    def output(self, name: str) -> Array:
+        """Returns an output of `make_impedance_controller` at the last tick.
+
+        Args:
+            name: such as `compliant_motion`; `actuation` is in the order of the plant's actuators.
+
+        Raises:
+            ConfigurationError: there is no such output.
+        """
+        return self._loop.output(name)
+
+    def pose(self, q: Array) -> RigidTransform:
+        """Returns X_WE at joint positions (n)."""
+        return self.joints.pose(q)
+

@@ -1,0 +1,83 @@
+"""Readings and torques in a robot's own order of joints."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.typing import Array
+
+__all__ = ["RobotJoints"]
+
+
+class RobotJoints:
+    """An arm's joints as its robot numbers them.
+
+    Args:
+        model: the arm.
+        names: of its joints in the robot's order; by default that from base to hand.
+
+    Attributes:
+        names: the order.
+        effort_limits: in that order (n) [Nm or N].
+
+    Raises:
+        ConfigurationError: the names are not those of the arm's joints.
+    """
+
+    def __init__(self, model: ControlModel, names: Sequence[str] | None = None):
+        n, own = model.num_joints, model.joint_names
+        self.names = tuple(own if names is None else names)
+        if sorted(self.names) != sorted(own):
+            raise ConfigurationError(
+                f"The robot's joints are {', '.join(self.names) or 'none'}; the arm has "
+                f"{', '.join(own)}. Give each of these once, in the robot's order."
+            )
+        self._model, self._place = model, np.array([own.index(name) for name in self.names])
+        # Where they stand in a reading, and which actuators drive them.
+        self._reading = model.state_order[np.concatenate((self._place, n + self._place))]
+        self._actuators = np.argsort(model.actuation_order)[self._place]
+        self.effort_limits = model.effort_limits[self._place]
+
+    def reading(self, q: Array, v: Array) -> Array:
+        """Returns [q; v] in the plant's order (2n).
+
+        Args:
+            q: joint positions (n) [rad, m].
+            v: joint velocities (n).
+
+        Raises:
+            SignalError: there are not as many as the arm has joints.
+        """
+        n = len(self.names)
+        if len(q) != n or len(v) != n:
+            raise SignalError(
+                f"There are {len(q)} joint positions and {len(v)} velocities; the arm has "
+                f"{n} joints: {', '.join(self.names)}."
+            )
+        reading = np.empty(2 * n)
+        reading[self._reading[:n]] = q
+        reading[self._reading[n:]] = v
+        return reading
+
+    def torques(self, actuation: Array) -> Array:
+        """Returns torques (n) of the actuators in the robot's order."""
+        torques: Array = actuation[self._actuators]
+        return torques
+
+    def actuation(self, torques: Array) -> Array:
+        """Returns torques (n) in the order of the actuators; the inverse of `torques`."""
+        actuation = np.empty(len(self.names))
+        actuation[self._actuators] = torques
+        return actuation
+
+    def pose(self, q: Array) -> RigidTransform:
+        """Returns X_WE at joint positions (n)."""
+        plant = self._model.plant
+        context = plant.CreateDefaultContext()
+        positions = np.empty(len(self.names))
+        positions[self._place] = q
+        plant.SetPositions(context, positions)
+        return self._model.end_effector.CalcPoseInWorld(context)

@@ -1,0 +1,191 @@
+"""A part called by hand, tick by tick, in the place of a simulator: its state is one array."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.errors import SignalError
+from geoimp_drake.parts.part import (
+    Begins,
+    Checks,
+    Finds,
+    Flows,
+    Memory,
+    Part,
+    Samples,
+    Settles,
+    Starts,
+    Works,
+)
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import unknown_name
+
+__all__ = ["PartLoop"]
+
+
+class PartLoop:
+    """Runs a part as a simulator with steps of explicit Euler runs its system.
+
+    In a tick the part samples the new readings; its continuous state is integrated over the time
+    since the tick before, with these readings and the old targets; its outputs follow from all of
+    them. A simulator does the same: a discrete plant is read as it will be at the end of a step.
+
+    Args:
+        part: a whole controller; its inputs are vectors.
+        name: of the loop, in messages.
+
+    Attributes:
+        state: all that the part remembers, one array that may be copied and written: its memory,
+            its continuous state, the inputs of the last tick, and the time [s].
+    """
+
+    def __init__(self, part: Part, name: str):
+        self._part: Any = part
+        flow = part.state if isinstance(part, Flows) else Memory()
+        self._inputs = Memory(**{name: np.zeros(size) for name, size in part.inputs.items()})
+        places = Memory(memory=part.memory, flow=flow, inputs=self._inputs, time=0.0)
+        self._start, self._time = places.start, places.time
+        self.state = places.start.copy()
+        self._memory, self._flow = self.state[places.memory], self.state[places.flow]
+        inputs = self.state[places.inputs]
+        self._values = {name: inputs[getattr(self._inputs, name)] for name in part.inputs}
+        clock = self.state[places.time : places.time + 1]
+        self._now = _Tick(part, name, self._values, self._memory, self._flow, clock)
+        self._rate = np.zeros(len(flow))
+        self._is_flowing, self._begins = isinstance(part, Flows), isinstance(part, Begins)
+        self._takes = [take for _, take in part.samplings] if isinstance(part, Samples) else []
+
+    def reset(self, inputs: Mapping[str, Array], time: float = 0.0) -> None:
+        """Starts the part on its inputs, as a simulator's initialization does.
+
+        Args:
+            inputs: by name; those that are not given count as not connected.
+            time: [s].
+        """
+        part, now = self._part, self._now
+        self.state[:] = self._start
+        self.state[self._time] = time
+        now.given = set(inputs)
+        self._take_in(inputs)
+        if isinstance(part, Starts):
+            part.start(self._memory, now)
+        if isinstance(part, Settles):
+            now.moved()
+            part.settle(self._memory, now)
+        now.moved()
+        if isinstance(part, Checks):
+            part.check_start(now)
+        self._begin()
+
+    def step(
+        self, readings: Mapping[str, Array], targets: Mapping[str, Array], elapsed: float
+    ) -> None:
+        """Moves on by one tick.
+
+        Args:
+            readings: inputs that have been measured, by name.
+            targets: inputs that are functions of time, at the end of the tick; until then what they
+                were at its beginning.
+            elapsed: time since the last tick [s].
+
+        Raises:
+            SignalError: no time has passed, or an input is of another size.
+        """
+        if not 0.0 < elapsed < np.inf:
+            raise SignalError(
+                f"{self._now.system}: the time since the last tick is {elapsed} s; it must be "
+                f"positive."
+            )
+        now = self._now
+        self._take_in(readings)
+        now.moved()
+        for take in self._takes:
+            take(self._memory, now)
+        if self._is_flowing:
+            now.moved()
+            self._part.rate(now, self._rate)
+            self._flow += elapsed * self._rate
+        self._take_in(targets)
+        self.state[self._time] += elapsed
+        now.moved()
+        self._begin()
+
+    def output(self, name: str) -> Array:
+        """Returns an output of the last tick, in an array that the next one writes to.
+
+        Raises:
+            ConfigurationError: there is no such output.
+        """
+        return self._now.output(name)
+
+    def _begin(self) -> None:
+        if self._begins:
+            self._part.begin(self._memory, self._flow, self._now)
+
+    def _take_in(self, inputs: Mapping[str, Array]) -> None:
+        for name, value in inputs.items():
+            held = self._values[name]
+            if len(value) != len(held):
+                raise SignalError(
+                    f"Port '{self._now.port(name)}' got {len(value)} numbers; it takes "
+                    f"{len(held)}."
+                )
+            held[:] = value
+
+
+class _Tick:
+    """A `Now` of arrays."""
+
+    def __init__(
+        self,
+        part: Any,
+        name: str,
+        values: dict[str, Array],
+        memory: Array,
+        state: Array,
+        clock: Array,
+    ):
+        self.system, self.memory, self.state, self._clock = name, memory, state, clock
+        self._part, self._values = part, values
+        self.given: set[str] = set()
+        self.workspace = part.new_workspace() if isinstance(part, Works) else None
+        self._found = part.new_found() if isinstance(part, Finds) else None
+        self._is_found = False
+        self._writes = {output.name: output.write for output in part.outputs}
+        self._outputs = {output.name: np.zeros(output.size) for output in part.outputs}
+        self._written: set[str] = set()
+
+    def moved(self) -> None:
+        """Forgets what followed from inputs and memory."""
+        self._is_found = False
+        self._written.clear()
+
+    @property
+    def time(self) -> float:
+        return float(self._clock[0])
+
+    @property
+    def found(self) -> Any:
+        if not self._is_found:
+            self._part.find(self, self._found)
+            self._is_found = True
+        return self._found
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def has(self, name: str) -> bool:
+        return name in self.given
+
+    def port(self, name: str) -> str:
+        return f"{self.system}:{name}"
+
+    def output(self, name: str) -> Array:
+        value = self._outputs.get(name)
+        if value is None:
+            raise unknown_name(name, f"output of {self.system}", self._outputs)
+        if name not in self._written:
+            self._writes[name](self, value)
+            self._written.add(name)
+        return value

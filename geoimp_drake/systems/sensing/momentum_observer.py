@@ -1,0 +1,45 @@
+"""External joint torques and the wrench at the end effector from q, v and τ, without a sensor."""
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.parts.momentum_observer import MomentumObserver as Observer
+from geoimp_drake.parts.momentum_observer import MomentumObserverConfig
+from geoimp_drake.systems.part_system import PartSystem
+
+__all__ = ["MomentumObserver", "MomentumObserverConfig"]
+
+
+class MomentumObserver(PartSystem):
+    """Observes what acts on an arm from outside by its generalized momentum.
+
+    At every sample each joint's residual r follows its external torque behind a low-pass, and the
+    wrench by the end effector on its environment follows from it in the least squares,
+
+        ṙ = K (τ_ext − r),   h = −(JJᵀ)⁻¹ J r,   p = B q̇.
+
+    A joint's own friction, and an error of the model, count as external torques; what they are at
+    rest is subtracted by `tare`. The wrench is behind the true one by 1/K and a sample: an
+    impedance with little mass that is fed with it may ring, see `docs/howto/on_a_robot.md`.
+
+    Source: A. De Luca, R. Mattone (2003); see `geoimp_drake.laws.sensing.momentum_observer`.
+
+    Args:
+        model: the arm; without gravity if the torques do not hold its weight.
+        config: gain, tare and thresholds.
+        period: of the samples, those of readings and torques [s].
+
+    Raises:
+        ConfigurationError: a field of the configuration cannot be used.
+        SignalError: a reading or a torque is NaN or infinite.
+
+    Ports:
+        input estimated_state: [q; v] of the arm, in its plant's order (2n)
+        input torque: over the step that led to the reading, in the order of the actuators (n)
+        output external_torque: from base to hand, what was tared subtracted (n) [Nm or N]
+        output wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        output collision: 1 while an external torque is above its threshold, else 0 (1)
+    """
+
+    def __init__(
+        self, model: ControlModel, config: MomentumObserverConfig | None = None, period: float = 1e-3
+    ):
+        super().__init__(Observer(model, config, period))

@@ -1,0 +1,162 @@
+"""The controller called by hand does what it does in a diagram, in the robot's order of joints."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+from geoimp_drake.diagrams.scene.cell import END_EFFECTOR
+from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.typing import Array
+
+TICKS = 2000
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the controller in a diagram was given at each tick, and its torques."""
+
+    plant: MultibodyPlant
+    arm: ModelInstanceIndex
+    E: Frame
+    scenario: Any
+    q: Array
+    v: Array
+    wrench: Array
+    desired: Array
+    torques: Array
+
+    def loop(self, **options: Any) -> ControlLoop:
+        return ControlLoop(self.plant, self.arm, self.E, self.scenario, **options)
+
+    def reset(self, loop: ControlLoop, order: Any = slice(None)) -> Array:
+        return loop.reset(self.q[0][order], self.v[0][order], self.wrench[0], self.desired[0])
+
+    def step(self, loop: ControlLoop, k: int, order: Any = slice(None), **more: Any) -> Array:
+        signals = self.q[k][order], self.v[k][order], self.wrench[k], self.desired[k]
+        return loop.step(*signals, **more)
+
+
+@cache
+def recorded(name: str) -> Recorded:
+    """Runs the beginning of an experiment, in one system, while somebody pushes."""
+    experiment = get_experiment(name)
+    push = {"force": [10.0, -8.0, 6.0], "moment": [0.5, 0.3, -0.4], "start": 0.2}
+    layer = {"form": "compiled", "external": push}
+    setup = experiment.build(experiment.scenario((layer,)), logged=False)
+    plant, scenario = setup.plant, setup.scenario
+    arm = plant.GetModelInstanceByName(scenario.arm)
+    controller = setup.diagram.GetSubsystemByName(f"{scenario.arm}_impedance_controller")
+    source = setup.diagram.GetSubsystemByName("desired_motion")
+    rows: list[list[Array]] = []
+
+    def monitor(context: Any) -> None:
+        own = controller.GetMyContextFromRoot(context)
+        ports = [controller.GetOutputPort(port).Eval(own) for port in ("wrench", "actuation")]
+        D = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
+        plant_context = plant.GetMyContextFromRoot(context)
+        q, v = plant.GetPositions(plant_context, arm), plant.GetVelocities(plant_context, arm)
+        rows.append([value.copy() for value in (q, v, ports[0], D, ports[1])])
+
+    simulator = Simulator(setup.diagram)
+    ApplySimulatorConfig(scenario.simulator, simulator)
+    simulator.set_monitor(monitor)
+    simulator.AdvanceTo(TICKS * 1e-3)
+    E = plant.GetFrameByName(END_EFFECTOR, plant.GetModelInstanceByName(f"{scenario.arm}_tool"))
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return Recorded(plant, arm, E, scenario, *columns)
+
+
+@pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
+def test_torques_are_those_of_the_diagram(name):
+    was = recorded(name)
+    loop = was.loop()
+    torques = [was.reset(loop), *(was.step(loop, k) for k in range(1, TICKS))]
+    assert abs(was.wrench).max() > 1.0  # something was felt
+    np.testing.assert_allclose(torques, was.torques[:TICKS], rtol=0, atol=1e-9)
+
+
+def test_a_saved_state_continues_to_the_bit():
+    was = recorded("redundancy")
+    loop, again = was.loop(), was.loop()
+    was.reset(loop)
+    was.reset(again)
+    for k in range(1, 100):
+        was.step(loop, k)
+    again.state[:] = loop.state.copy()
+    for k in range(100, 200):
+        np.testing.assert_array_equal(was.step(again, k), was.step(loop, k))
+
+
+def test_joints_may_be_in_the_robots_own_order():
+    was = recorded("plexiglas")
+    names = was.loop().joints.names
+    order = [3, 0, 5, 1, 4, 2]
+    loop = was.loop(joints=[names[k] for k in order])
+    torques = [was.reset(loop, order), *(was.step(loop, k, order) for k in range(1, 50))]
+    np.testing.assert_allclose(torques, was.torques[:50, order], rtol=0, atol=1e-9)
+    limits = was.loop().joints.effort_limits
+    np.testing.assert_array_equal(loop.joints.effort_limits, limits[order])
+
+
+def test_a_robot_that_holds_its_weight_is_given_torques_without_it():
+    was = recorded("plexiglas")
+    heavy, light = was.loop(), was.loop(gravity="robot")
+    difference = was.reset(heavy) - was.reset(light)
+    plant, context = heavy.model.plant, heavy.model.plant.CreateDefaultContext()
+    plant.SetPositions(context, was.q[0])
+    weight = -plant.CalcGravityGeneralizedForces(context)
+    assert abs(weight).max() > 100.0
+    np.testing.assert_allclose(difference, weight, rtol=0, atol=1e-9)
+
+
+def test_lost_messages_are_made_up_for_by_the_time_that_passed():
+    """Every third tick alone, told the time between, C comes to the same place."""
+    was = recorded("plexiglas")
+    each, third = was.loop(), was.loop()
+    was.reset(each)
+    was.reset(third)
+    for k in range(1, 1801):
+        was.step(each, k)
+        if k % 3 == 0:
+            was.step(third, k, dt=3e-3)
+    C = [loop.output("compliant_motion") for loop in (each, third)]
+    moved = np.linalg.norm(was.desired[1800, 4:7] - was.desired[0, 4:7])
+    assert moved > 0.02
+    np.testing.assert_allclose(C[1][:7], C[0][:7], rtol=0, atol=1e-2 * moved)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda was, loop: loop.step(was.q[0][:5], was.v[0], np.zeros(6), was.desired[0]), "6 joi"),
+        (lambda was, loop: loop.step(was.q[0], was.v[0], np.zeros(5), was.desired[0]), "takes 6"),
+        (lambda was, loop: loop.step(was.q[0] * np.nan, was.v[0], np.zeros(6), was.desired[0]), "nan"),
+        (lambda was, loop: was.step(loop, 1, dt=-1e-3), "-0.001 s"),
+        (lambda was, loop: was.step(loop, 1, dt=float("nan")), "nan s"),
+    ],
+)
+def test_a_signal_that_cannot_be_used_is_named(call, words):
+    was = recorded("plexiglas")
+    loop = was.loop()
+    was.reset(loop)
+    with pytest.raises(SignalError, match=words):
+        call(was, loop)
+
+
+def test_what_the_robot_is_not_is_refused():
+    was = recorded("plexiglas")
+    names = was.loop().joints.names
+    with pytest.raises(ConfigurationError, match="waist, waist"):
+        was.loop(joints=[names[0], *names[:5]])
+    with pytest.raises(ConfigurationError, match="controller, robot"):
+        was.loop(gravity="nobody")
+    with pytest.raises(ConfigurationError, match="compliant_motion"):
+        was.loop().output("compliant")
