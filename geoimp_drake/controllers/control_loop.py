@@ -44,6 +44,7 @@ class ControlLoop:
         model: the arm; it has no weight if the robot holds it.
         joints: the order of q, v and torques.
         period: of a tick, unless `step` is told another [s].
+        gravity: who holds the arm's weight.
 
     Raises:
         ModelError: the plant does not contain such an arm.
@@ -71,7 +72,7 @@ class ControlLoop:
             task_function,
             gravity=gravity == "controller",
         )
-        self.model, self.period = arm.model, config.sampling.period
+        self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")
@@ -139,4 +140,3 @@ class ControlLoop:
     def pose(self, q: Array) -> RigidTransform:
         """Returns X_WE at joint positions (n)."""
         return self.joints.pose(q)
-

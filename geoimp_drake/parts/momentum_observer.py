@@ -39,7 +39,10 @@ class MomentumObserver:
     """The part of `systems.sensing.MomentumObserver`; arguments and errors are the same."""
 
     def __init__(
-        self, model: ControlModel, config: MomentumObserverConfig | None = None, period: float = 1e-3
+        self,
+        model: ControlModel,
+        config: MomentumObserverConfig | None = None,
+        period: float = 1e-3,
     ):
         config = config or MomentumObserverConfig()
         check(config, "observer")

@@ -111,6 +111,18 @@ class PartLoop:
         now.moved()
         self._begin()
 
+    def feed(self, inputs: Mapping[str, Array]) -> None:
+        """Gives inputs that follow from outputs of this very tick.
+
+        Args:
+            inputs: by name.
+
+        Raises:
+            SignalError: an input is of another size.
+        """
+        self._take_in(inputs)
+        self._now.moved()
+
     def output(self, name: str) -> Array:
         """Returns an output of the last tick, in an array that the next one writes to.
 
@@ -128,8 +140,7 @@ class PartLoop:
             held = self._values[name]
             if len(value) != len(held):
                 raise SignalError(
-                    f"Port '{self._now.port(name)}' got {len(value)} numbers; it takes "
-                    f"{len(held)}."
+                    f"Port '{self._now.port(name)}' got {len(value)} numbers; it takes {len(held)}."
                 )
             held[:] = value
 

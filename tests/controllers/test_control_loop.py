@@ -138,7 +138,10 @@ def test_lost_messages_are_made_up_for_by_the_time_that_passed():
     [
         (lambda was, loop: loop.step(was.q[0][:5], was.v[0], np.zeros(6), was.desired[0]), "6 joi"),
         (lambda was, loop: loop.step(was.q[0], was.v[0], np.zeros(5), was.desired[0]), "takes 6"),
-        (lambda was, loop: loop.step(was.q[0] * np.nan, was.v[0], np.zeros(6), was.desired[0]), "nan"),
+        (
+            lambda was, loop: loop.step(was.q[0] * np.nan, was.v[0], np.zeros(6), was.desired[0]),
+            "nan",
+        ),
         (lambda was, loop: was.step(loop, 1, dt=-1e-3), "-0.001 s"),
         (lambda was, loop: was.step(loop, 1, dt=float("nan")), "nan s"),
     ],

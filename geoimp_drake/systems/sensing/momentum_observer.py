@@ -40,6 +40,9 @@ class MomentumObserver(PartSystem):
     """
 
     def __init__(
-        self, model: ControlModel, config: MomentumObserverConfig | None = None, period: float = 1e-3
+        self,
+        model: ControlModel,
+        config: MomentumObserverConfig | None = None,
+        period: float = 1e-3,
     ):
         super().__init__(Observer(model, config, period))

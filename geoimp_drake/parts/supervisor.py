@@ -1,0 +1,260 @@
+"""Supervision of an arm under control: started when all is well, braked when it is not, stopped."""
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+from geoimp_drake.laws.braked_motion import braked_motion
+from geoimp_drake.laws.frame_motion import (
+    ANGULAR_VELOCITY,
+    FRAME_MOTION_SIZE,
+    LINEAR_VELOCITY,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    is_finite,
+)
+from geoimp_drake.laws.smooth_rest import smooth_step
+from geoimp_drake.parts.part import Memory, Now, Output, held
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import UNBOUNDED, check, key, non_negative, positive
+
+__all__ = ["Mode", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
+
+_log = logging.getLogger("drake")
+
+# Torques as close as this are the same [Nm, N].
+_TOLERANCE = 1e-9
+
+
+class Mode(IntEnum):
+    """What a supervised arm is doing."""
+
+    INIT = 0  # no valid reading as yet: the robot's own torques
+    SOFT_START = 1  # from the robot's torques to the controller's
+    RUN = 2
+    HOLD = 3  # a signal is missing: the last torques are kept
+    BRAKE = 4  # D comes to rest
+    STOPPED = 5  # D rests for good
+
+
+def _limit(value: float) -> float:
+    limit: float = field(default=value, metadata=UNBOUNDED)
+    return limit
+
+
+@dataclass
+class SupervisorLimits:
+    """Beyond these a supervised arm is braked; .inf is no limit."""
+
+    force: float = _limit(100.0)  # at E [N]
+    moment: float = _limit(20.0)  # at E [Nm]
+    speed: float = _limit(1.0)  # of E [m/s]
+    turning_speed: float = _limit(3.0)  # of E [rad/s]
+    tracking: float = _limit(0.02)  # from C to E [m]
+    tracking_turn: float = _limit(0.1)  # from C to E [rad]
+    torque: float = _limit(1.0)  # asked, as a fraction of a joint's limit
+    torque_rate: float = _limit(
+        1000.0
+    )  # sent; braked if it is too slow for longer than `hold` [Nm/s]
+    desired_step: float = _limit(0.01)  # of D between two ticks [m, rad]
+    desired_speed_step: float = _limit(0.02)  # of D between two ticks [m/s, rad/s]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for limit, value in vars(self).items():
+            if value != np.inf:
+                positive(value, key(name, limit))
+
+
+@dataclass
+class SupervisorConfig:
+    """When a supervised arm is started, held and stopped."""
+
+    limits: SupervisorLimits = field(default_factory=SupervisorLimits)
+    soft_start: float = 0.5  # the torques fade in [s]
+    hold: float = 0.02  # longest time without a valid reading [s]
+    brake: float = 0.15  # until D rests [s]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.soft_start, key(name, "soft_start"), "s")
+        non_negative(self.hold, key(name, "hold"), "s")
+        positive(self.brake, key(name, "brake"), "s")
+
+
+class Supervisor:
+    """The part of `systems.supervisor.Supervisor`; arguments and errors are the same.
+
+    The desired motion that it hands on and the torques that it lets pass depend on its memory, so
+    that it may stand before and behind a controller at once.
+    """
+
+    def __init__(
+        self,
+        effort_limits: Array,
+        config: SupervisorConfig | None = None,
+        period: float = 1e-3,
+    ):
+        config = config or SupervisorConfig()
+        check(config, "supervisor")
+        n = len(effort_limits)
+        self._config, self._effort_limits, self._period = config, effort_limits, period
+        motions = ("desired_motion", "measured_motion", "compliant_motion")
+        self.inputs = {
+            **dict.fromkeys(motions, FRAME_MOTION_SIZE),
+            "wrench": 6,
+            "torque": n,
+            "measured_torque": n,
+            "valid": 1,
+            "stop": 1,
+        }
+        motion = np.zeros(FRAME_MOTION_SIZE)
+        self.memory = Memory(
+            mode=float(Mode.INIT),
+            since=0.0,  # when the mode began [s]
+            seen=0.0,  # when there was the last valid reading [s]
+            desired=motion,  # D as it was handed on at the last tick
+            held=motion,  # D as braking began
+            sent=np.zeros(n),  # the torques of the last tick
+            reached=0.0,  # when the torques sent were last those asked [s]
+            taken_over=np.zeros(n),  # the robot's own, from which ours fade in
+        )
+        self.samplings = ((period, self.sample),)
+        self.outputs = (
+            Output(
+                "supervised_motion",
+                FRAME_MOTION_SIZE,
+                self._write_motion,
+                ("memory", "time", "desired_motion"),
+            ),
+            Output(
+                "supervised_torque",
+                n,
+                self._write_torque,
+                ("memory", "time", "torque", "measured_torque"),
+            ),
+            held("mode", slice(self.memory.mode, self.memory.mode + 1)),
+        )
+
+    def sample(self, memory: Array, now: Now) -> None:
+        """Looks at the signals of a tick, and changes the mode if there is a reason."""
+        places = self.memory
+        valid = bool(now["valid"][0]) and is_finite(now["measured_motion"])
+        if valid:
+            memory[places.seen] = now.time
+        mode = Mode(int(memory[places.mode]))
+        verdict = self._verdict(mode, memory, now, valid)
+        self._write_torque(now, memory[places.sent], memory)
+        if mode is not Mode.RUN or self._reaches(memory[places.sent], now["torque"]):
+            memory[places.reached] = now.time
+        motion = np.empty(FRAME_MOTION_SIZE)
+        self._write_motion(now, motion, memory)
+        memory[places.desired] = motion
+        if verdict is not None:
+            self._change(mode, *verdict, memory, now)
+
+    def _verdict(self, mode: Mode, memory: Array, now: Now, valid: bool) -> tuple[Mode, str] | None:
+        """Returns the next mode and the reason for it, None to stay."""
+        config, elapsed = self._config, now.time - memory[self.memory.since]
+        if mode is Mode.INIT:
+            return (Mode.SOFT_START, "the first valid reading") if valid else None
+        if mode is Mode.STOPPED:
+            return None
+        if mode is Mode.BRAKE:
+            return (Mode.STOPPED, "D rests") if elapsed >= config.brake else None
+        if now["stop"][0]:
+            return Mode.BRAKE, "asked to stop"
+        missing = now.time - memory[self.memory.seen]
+        if missing > config.hold:
+            return Mode.BRAKE, f"no valid reading for {1e3 * missing:.0f} ms"
+        if not valid:
+            return None if mode is Mode.HOLD else (Mode.HOLD, "no valid reading")
+        if (excess := self._excess(memory, now)) is not None:
+            return Mode.BRAKE, excess
+        if mode is Mode.HOLD:
+            return Mode.RUN, "valid readings again"
+        if mode is Mode.SOFT_START and elapsed >= config.soft_start:
+            return Mode.RUN, "the torques have faded in"
+        return None
+
+    def _excess(self, memory: Array, now: Now) -> str | None:
+        """Returns what exceeds its limit, with both numbers, None for nothing."""
+        limits = self._config.limits
+        behind = now.time - memory[self.memory.reached]
+        if behind > self._config.hold:
+            return f"torques that change by {limits.torque_rate:g} Nm/s cannot follow those asked"
+        for name, unit, value in self._values(memory, now):
+            limit = getattr(limits, name)
+            if not value <= limit:
+                return f"{name.replace('_', ' ')} {value:.3g} {unit} exceeds {limit:g}"
+        return None
+
+    def _reaches(self, sent: Array, asked: Array) -> bool:
+        return bool(np.abs(asked - sent).max() <= _TOLERANCE)
+
+    def _values(self, memory: Array, now: Now) -> Iterator[tuple[str, str, float]]:
+        """Yields what is limited: name of the limit, unit and value."""
+        D, E, C = now["desired_motion"], now["measured_motion"], now["compliant_motion"]
+        h, torque, last = now["wrench"], now["torque"], memory[self.memory.desired]
+        yield "force", "N", _norm(h[3:])
+        yield "moment", "Nm", _norm(h[:3])
+        yield "speed", "m/s", _norm(E[LINEAR_VELOCITY])
+        yield "turning_speed", "rad/s", _norm(E[ANGULAR_VELOCITY])
+        yield "tracking", "m", _norm(C[POSITION] - E[POSITION])
+        yield "tracking_turn", "rad", _angle(C[QUATERNION], E[QUATERNION])
+        yield "torque", "of the limit", float(np.max(np.abs(torque) / self._effort_limits))
+        if last.any():
+            yield "desired_step", "m", _norm(D[POSITION] - last[POSITION])
+            yield "desired_step", "rad", _angle(D[QUATERNION], last[QUATERNION])
+            yield "desired_speed_step", "m/s", _norm(D[LINEAR_VELOCITY] - last[LINEAR_VELOCITY])
+            yield "desired_speed_step", "rad/s", _norm(D[VELOCITY][:3] - last[VELOCITY][:3])
+
+    def _change(self, mode: Mode, after: Mode, reason: str, memory: Array, now: Now) -> None:
+        places = self.memory
+        _log.warning(f"{now.system}: t = {now.time:.3f} s: {mode.name} to {after.name}, {reason}.")
+        memory[places.mode], memory[places.since] = float(after), now.time
+        if after is Mode.SOFT_START:
+            memory[places.taken_over] = memory[places.sent] = now["measured_torque"]
+        if after is Mode.BRAKE:
+            memory[places.held] = memory[places.desired]
+
+    def _write_motion(self, now: Now, motion: Array, memory: Array | None = None) -> None:
+        """Writes D, or the motion by which it comes to rest."""
+        memory = now.memory if memory is None else memory
+        elapsed = now.time - memory[self.memory.since]
+        if memory[self.memory.mode] < Mode.BRAKE:
+            motion[:] = now["desired_motion"]
+        else:
+            is_braking = memory[self.memory.mode] == Mode.BRAKE
+            time = elapsed if is_braking else self._config.brake
+            motion[:] = braked_motion(time, self._config.brake, memory[self.memory.held])
+
+    def _write_torque(self, now: Now, torque: Array, memory: Array | None = None) -> None:
+        """Writes what is sent: the torques that are asked, as far as mode and limits allow."""
+        memory = now.memory if memory is None else memory
+        mode, sent = Mode(int(memory[self.memory.mode])), memory[self.memory.sent]
+        wanted = now["torque"]
+        if mode is Mode.INIT:
+            wanted = now["measured_torque"]
+        elif mode is Mode.HOLD:
+            wanted = sent
+        elif mode is Mode.SOFT_START:
+            elapsed, before = now.time - memory[self.memory.since], memory[self.memory.taken_over]
+            wanted = before + smooth_step(elapsed, self._config.soft_start)[0] * (wanted - before)
+        if mode is not Mode.INIT:
+            change = self._config.limits.torque_rate * self._period
+            wanted = np.clip(wanted, sent - change, sent + change)
+        torque[:] = wanted
+
+
+def _norm(vector: Array) -> float:
+    return float(np.sqrt(vector @ vector))
+
+
+def _angle(Q_1: Array, Q_2: Array) -> float:
+    """Returns the angle between two attitudes [rad]."""
+    return 2.0 * float(np.arccos(min(abs(Q_1 @ Q_2), 1.0)))

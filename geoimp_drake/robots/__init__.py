@@ -1,0 +1,1 @@
+"""Robots' own interfaces: drivers, and what drives an arm through one."""

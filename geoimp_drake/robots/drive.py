@@ -1,0 +1,271 @@
+"""Driving an arm through its own interface: status, wrench, supervision, torques, tick by tick."""
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, is_finite
+from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
+from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.parts.supervisor import Mode, Supervisor, SupervisorConfig
+from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
+from geoimp_drake.simulation.garbage import only_new_garbage
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import check, choice, key, positive
+
+__all__ = ["WRENCHES", "Drive", "DriveConfig", "DriveLog"]
+
+# Where the wrench at E comes from.
+WRENCHES = ("observer", "robot", "none")
+
+_NO, _YES = np.zeros(1), np.ones(1)
+
+
+class Motion(Protocol):
+    """A desired motion, such as `DesiredMotion`."""
+
+    def evaluate(self, time: float) -> Array:
+        """Returns the motion of D (19) at a time [s]."""
+
+
+@dataclass
+class DriveConfig:
+    """How an arm is driven."""
+
+    wrench: str = "observer"  # at E; or robot, as it reports it, none
+    observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
+    supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
+    keep: float = 10.0  # of the last ticks in the log [s]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.wrench, key(name, "wrench"), WRENCHES)
+        positive(self.keep, key(name, "keep"), "s")
+
+
+@dataclass
+class DriveLog:
+    """The last ticks of a drive, oldest first.
+
+    Attributes:
+        values: by name, a row a tick: t, q, v, torque, wrench, motion_D, motion_C, motion_E, mode.
+        ticks: how many there were in all.
+        computing: from a status to its torques (ticks kept) [s].
+    """
+
+    values: dict[str, Array]
+    ticks: int
+    computing: Array
+
+
+class Drive:
+    """Runs a controller on a robot until its desired motion has ended, or something stops it.
+
+    ```
+    robot ─status─▶ wrench ─▶ supervisor ─D─▶ control loop ─torques─▶ supervisor ─▶ robot
+    ```
+
+    Args:
+        robot: its driver.
+        loop: the controller; its joints are in the robot's order.
+        motion: of D; it begins when the torques have faded in.
+        config: wrench, supervision and log.
+
+    Raises:
+        ConfigurationError: loop and robot do not fit each other.
+    """
+
+    def __init__(
+        self, robot: RobotArm, loop: ControlLoop, motion: Motion, config: DriveConfig | None = None
+    ):
+        self._config = config = config or DriveConfig()
+        check(config, "drive")
+        _check_fit(robot, loop)
+        self._robot, self._loop, self._motion = robot, loop, motion
+        n = len(robot.joints)
+        self._supervisor = PartLoop(
+            Supervisor(loop.joints.effort_limits, config.supervisor, robot.period), robot.name
+        )
+        self._observer = None
+        if config.wrench == "observer":
+            observer = MomentumObserver(loop.model, config.observer, robot.period)
+            self._observer = PartLoop(observer, f"{robot.name} observer")
+        self._log = _Ring(round(config.keep / robot.period), n)
+        self._stops = False
+
+    def run(self, duration: float) -> DriveLog:
+        """Drives the robot; returns what was logged, whatever ended it.
+
+        Args:
+            duration: after which D has ended and the arm is stopped [s].
+
+        Raises:
+            RobotError: the robot does not answer, or ends the control.
+        """
+        _check_status(self._robot.connect(), self._robot, self._loop)
+        self._robot.start()
+        try:
+            self._begin(self._robot.read())
+            with self._stopped_by_interrupt(), only_new_garbage():
+                while self._mode() is not Mode.STOPPED:
+                    self._tick(self._robot.read(), duration)
+        finally:
+            self._robot.stop()
+        return self._log.read()
+
+    def _mode(self) -> Mode:
+        return Mode(int(self._supervisor.output("mode")[0]))
+
+    def _begin(self, status: RobotStatus | None) -> None:
+        status = _check_status(status, self._robot, self._loop)
+        self._last, self._clock = status.time, 0.0
+        self._sent, self._stops = status.torque, False
+        D = self._motion.evaluate(0.0)
+        tau = self._loop.reset(status.q, status.v, None, D)
+        if self._observer is not None:
+            self._observer.reset(self._observed(status))
+        self._supervisor.reset(
+            {
+                "desired_motion": D,
+                "measured_motion": self._loop.output("measured_motion"),
+                "compliant_motion": self._loop.output("compliant_motion"),
+                "wrench": np.zeros(6),
+                "torque": tau,
+                "measured_torque": status.torque,
+                "valid": _NO,
+                "stop": _NO,
+            }
+        )
+
+    def _tick(self, status: RobotStatus | None, duration: float) -> None:
+        begun = time.perf_counter()
+        supervisor, loop = self._supervisor, self._loop
+        elapsed = self._robot.period
+        is_new = status is not None and status.time > self._last and _is_finite(status)
+        readings = {"valid": _YES if is_new else _NO}
+        if status is not None and is_new:
+            elapsed, self._last = status.time - self._last, status.time
+            readings |= {
+                "wrench": self._wrench(status, elapsed),
+                "measured_torque": status.torque,
+                "measured_motion": loop.output("measured_motion"),
+                "compliant_motion": loop.output("compliant_motion"),
+            }
+        if self._mode() in (Mode.RUN, Mode.HOLD):
+            self._clock += elapsed
+        readings["stop"] = _YES if self._stops or self._clock > duration else _NO
+        supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, elapsed)
+        if status is not None and is_new:
+            D, h = supervisor.output("supervised_motion"), readings["wrench"]
+            supervisor.feed({"torque": loop.step(status.q, status.v, h, D, elapsed)})
+        self._sent = supervisor.output("supervised_torque").copy()
+        self._robot.write(self._sent)
+        self._keep(status, readings.get("wrench", np.nan), time.perf_counter() - begun)
+
+    def _keep(self, status: RobotStatus | None, wrench: Array | float, computing: float) -> None:
+        motions = {
+            "motion_D": self._supervisor.output("supervised_motion"),
+            "motion_C": self._loop.output("compliant_motion"),
+            "motion_E": self._loop.output("measured_motion"),
+        }
+        read = {} if status is None else {"t": status.time, "q": status.q, "v": status.v}
+        mode = self._supervisor.output("mode")
+        kept = {**read, "torque": self._sent, "wrench": wrench, "mode": mode, **motions}
+        self._log.append(kept, computing)
+
+    def _wrench(self, status: RobotStatus, elapsed: float) -> Array:
+        if self._observer is not None:
+            self._observer.step(self._observed(status), {}, elapsed)
+            return self._observer.output("wrench")
+        if self._config.wrench == "none":
+            return np.zeros(6)
+        if status.wrench is None:
+            raise RobotError(
+                f"{self._robot.name} measures no wrench; observe it, with wrench: observer."
+            )
+        return status.wrench
+
+    def _observed(self, status: RobotStatus) -> dict[str, Array]:
+        joints = self._loop.joints
+        reading, torque = joints.reading(status.q, status.v), joints.actuation(self._sent)
+        return {"estimated_state": reading, "torque": torque}
+
+    @contextmanager
+    def _stopped_by_interrupt(self) -> Iterator[None]:
+        """Lets Ctrl-C brake the arm in the place of ending the program."""
+
+        def stop(number: int, frame: object) -> None:
+            self._stops = True
+
+        before = signal.signal(signal.SIGINT, stop)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+
+class _Ring:
+    """The last ticks, in arrays that are made once."""
+
+    def __init__(self, size: int, n: int):
+        widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
+        widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
+        self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
+        self._computing, self._count = np.zeros(size), 0
+
+    def append(self, values: dict[str, Array | float], computing: float) -> None:
+        place = self._count % len(self._computing)
+        for name, value in values.items():
+            self._rows[name][place] = value
+        self._computing[place] = computing
+        self._count += 1
+
+    def read(self) -> DriveLog:
+        size = len(self._computing)
+        kept = np.arange(max(0, self._count - size), self._count) % size
+        rows = {name: rows[kept] for name, rows in self._rows.items()}
+        return DriveLog(rows, self._count, self._computing[kept])
+
+
+def _check_fit(robot: RobotArm, loop: ControlLoop) -> None:
+    if tuple(robot.joints) != loop.joints.names:
+        raise ConfigurationError(
+            f"{robot.name} has the joints {', '.join(robot.joints)}; the controller's are "
+            f"{', '.join(loop.joints.names)}. Make it with joints=robot.joints."
+        )
+    if abs(robot.period - loop.period) > 1e-9:
+        raise ConfigurationError(
+            f"{robot.name} ticks every {robot.period:g} s; the controller's sampling.period is "
+            f"{loop.period:g} s. Give it the robot's."
+        )
+    if robot.gravity != loop.gravity:
+        raise ConfigurationError(
+            f"Gravity would be compensated {'twice' if robot.gravity == 'robot' else 'by nobody'}: "
+            f"{robot.name} says that the {robot.gravity} does it, the controller was made with "
+            f"gravity='{loop.gravity}'. Give it gravity='{robot.gravity}'."
+        )
+
+
+def _check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop) -> RobotStatus:
+    """Returns a robot's first status; raises RobotError if there is none, or not of this arm."""
+    n = len(loop.joints.names)
+    if status is None:
+        raise RobotError(f"{robot.name} does not answer. Is it switched on, and its address right?")
+    if not all(len(values) == n for values in (status.q, status.v, status.torque)):
+        raise RobotError(f"{robot.name} reports {len(status.q)} joints; the controller has {n}.")
+    if not _is_finite(status):
+        raise RobotError(f"{robot.name} reports q = {status.q}, v = {status.v}; that is no status.")
+    return status
+
+
+def _is_finite(status: RobotStatus) -> bool:
+    values = (status.q, status.v, status.torque)
+    wrench = np.zeros(6) if status.wrench is None else status.wrench
+    return all(map(is_finite, (*values, wrench)))

@@ -1,0 +1,104 @@
+"""A Franka arm through its own interface, libfranka."""
+
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
+from geoimp_drake.typing import Array
+
+__all__ = ["FrankaArm"]
+
+
+class FrankaArm:
+    """The driver of a Franka arm (or of `franky-sim`); see `RobotArm`.
+
+    Torques are commanded at 1 kHz; the robot itself holds the arm's weight and stops by itself if
+    20 commands in a row are late. Needs the extra `franka`.
+
+    Args:
+        address: of the robot, a name or number.
+        prefix: of the joints' names in the robot's file, `fr3_joint` or `panda_joint`.
+        real_time: whether the connection demands a kernel with real-time scheduling, as libfranka
+            does by default.
+
+    Raises:
+        ConfigurationError: pylibfranka is not installed.
+    """
+
+    period = 1e-3
+    gravity = "robot"
+
+    def __init__(self, address: str, prefix: str = "fr3_joint", *, real_time: bool = False):
+        try:
+            import pylibfranka
+        except ImportError as error:
+            raise ConfigurationError(
+                f"A Franka arm needs the package {error.name}: pip install 'geoimp-drake[franka]'."
+            ) from None
+        self._library, self._address, self._real_time = pylibfranka, address, real_time
+        self.name = f"franka {address}"
+        self.joints = tuple(f"{prefix}{k}" for k in range(1, 8))
+        self._robot: Any = None
+        self._control: Any = None
+
+    def connect(self) -> RobotStatus:
+        """See `RobotArm`."""
+        config = self._library.RealtimeConfig
+        try:
+            if self._robot is None:
+                self._robot = self._library.Robot(
+                    self._address, config.kEnforce if self._real_time else config.kIgnore
+                )
+            return _status(self._robot.read_once())
+        except self._library.FrankaException as error:
+            raise self._error(error) from error
+
+    def start(self) -> None:
+        """See `RobotArm`."""
+        try:
+            self._control = self._robot.start_torque_control()
+        except self._library.FrankaException as error:
+            raise self._error(error) from error
+
+    def read(self) -> RobotStatus:
+        """See `RobotArm`; libfranka waits for the robot, and ends the connection by itself."""
+        try:
+            state, _ = self._control.readOnce()
+        except self._library.FrankaException as error:
+            raise self._error(error) from error
+        return _status(state)
+
+    def write(self, torque: Array) -> None:
+        """See `RobotArm`."""
+        try:
+            self._control.writeOnce(self._library.Torques(torque.tolist()))
+        except self._library.FrankaException as error:
+            raise self._error(error) from error
+
+    def stop(self) -> None:
+        """See `RobotArm`."""
+        if self._control is None:
+            return
+        last = self._library.Torques([0.0] * len(self.joints))
+        last.motion_finished = True
+        try:
+            self._control.writeOnce(last)
+        except self._library.FrankaException as error:
+            raise self._error(error) from error
+        finally:
+            self._control = None
+
+    def _error(self, error: Exception) -> RobotError:
+        return RobotError(f"{self.name}: {' '.join(str(error).split())}")
+
+
+def _status(state: Any) -> RobotStatus:
+    return RobotStatus(
+        time=state.time.to_sec(),
+        q=np.array(state.q),
+        v=np.array(state.dq),
+        # Commanded, since what is measured contains the weight.
+        torque=np.array(state.tau_J_d),
+    )

@@ -1,0 +1,70 @@
+"""What a driver of a robot's arm is: it reads a status, and writes torques."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from geoimp_drake.errors import GeoimpError
+from geoimp_drake.typing import Array
+
+__all__ = ["RobotArm", "RobotError", "RobotStatus"]
+
+
+class RobotError(GeoimpError):
+    """A robot does not answer, or reports what cannot be."""
+
+
+@dataclass
+class RobotStatus:
+    """What a robot reports at a tick, in its own order of joints.
+
+    Attributes:
+        time: of the robot's clock [s].
+        q: joint positions (n) [rad, m].
+        v: joint velocities (n).
+        torque: that the robot's joints exert, without what holds their weight if the robot does
+            that itself (n) [Nm, N].
+        wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6), None if the
+            robot measures none.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    torque: Array
+    wrench: Array | None = None
+
+
+class RobotArm(Protocol):
+    """A driver. One's own is a class with these names; see `docs/howto/on_a_robot.md`.
+
+    Attributes:
+        name: for messages and logs.
+        joints: names in the order of status and torques, those of the robot's file.
+        period: of a tick [s].
+        gravity: who holds the arm's weight: `robot`, which adds it to the torques that it is given,
+            or `controller`.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    period: float
+    gravity: str
+
+    def connect(self) -> RobotStatus:
+        """Connects; returns the first status, before anything is commanded.
+
+        Raises:
+            RobotError: there is no answer, or not such a robot.
+        """
+
+    def start(self) -> None:
+        """Takes the torques over from the robot's own controller."""
+
+    def read(self) -> RobotStatus | None:
+        """Waits for the next status; returns None if there is none for a period and a half."""
+
+    def write(self, torque: Array) -> None:
+        """Sends torques for the next tick (n) [Nm, N]."""
+
+    def stop(self) -> None:
+        """Gives the torques back to the robot's own controller, which holds the arm; closes."""
