@@ -18,7 +18,7 @@ from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check
 
-__all__ = ["make_impedance_controller"]
+__all__ = ["controller_parts", "make_impedance_controller"]
 
 
 def make_impedance_controller(

@@ -73,11 +73,15 @@ class RobotJoints:
         actuation[self._actuators] = torques
         return actuation
 
+    def from_base(self, values: Array) -> Array:
+        """Returns values of the joints (n) in the order from base to hand."""
+        ordered = np.empty(len(self.names))
+        ordered[self._place] = values
+        return ordered
+
     def pose(self, q: Array) -> RigidTransform:
         """Returns X_WE at joint positions (n)."""
         plant = self._model.plant
         context = plant.CreateDefaultContext()
-        positions = np.empty(len(self.names))
-        positions[self._place] = q
-        plant.SetPositions(context, positions)
+        plant.SetPositions(context, self.from_base(q))
         return self._model.end_effector.CalcPoseInWorld(context)

@@ -48,7 +48,10 @@ class MomentumObserver:
         check(config, "observer")
         n = model.num_joints
         self._model, self._config = model, config
-        self._threshold = finite_array(np.broadcast_to(config.threshold, n), "threshold", (n,))
+        threshold = (
+            np.full(n, config.threshold) if np.ndim(config.threshold) == 0 else config.threshold
+        )
+        self._threshold = finite_array(threshold, "observer.threshold", (n,))
         self._law = compiled(momentum_observation(n))
         self._wrench = compiled(external_wrench)
         self._chain = ChainDynamics(model).chain
@@ -69,6 +72,10 @@ class MomentumObserver:
             held("wrench", self.memory.wrench),
             Output("collision", 1, self._write_collision, ("memory",)),
         )
+
+    def start(self, memory: Array, now: Now) -> None:
+        """Takes the first reading."""
+        self.sample(memory, now)
 
     def sample(self, memory: Array, now: Now) -> None:
         """Moves the observer on to a reading, with the torque over the step that led to it."""

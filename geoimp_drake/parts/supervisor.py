@@ -57,9 +57,7 @@ class SupervisorLimits:
     tracking: float = _limit(0.02)  # from C to E [m]
     tracking_turn: float = _limit(0.1)  # from C to E [rad]
     torque: float = _limit(1.0)  # asked, as a fraction of a joint's limit
-    torque_rate: float = _limit(
-        1000.0
-    )  # sent; braked if it is too slow for longer than `hold` [Nm/s]
+    torque_rate: float = _limit(np.inf)  # sent; braked if too slow for longer than `hold` [Nm/s]
     desired_step: float = _limit(0.01)  # of D between two ticks [m, rad]
     desired_speed_step: float = _limit(0.02)  # of D between two ticks [m/s, rad/s]
 

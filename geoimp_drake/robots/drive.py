@@ -4,13 +4,16 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
 
 import numpy as np
 
+from geoimp_drake.arm.dynamics import ChainDynamics
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.compositions.momentum_observation import external_wrench
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, is_finite
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
@@ -28,7 +31,7 @@ WRENCHES = ("observer", "robot", "none")
 _NO, _YES = np.zeros(1), np.ones(1)
 
 
-class Motion(Protocol):
+class _Motion(Protocol):
     """A desired motion, such as `DesiredMotion`."""
 
     def evaluate(self, time: float) -> Array:
@@ -83,20 +86,20 @@ class Drive:
     """
 
     def __init__(
-        self, robot: RobotArm, loop: ControlLoop, motion: Motion, config: DriveConfig | None = None
+        self, robot: RobotArm, loop: ControlLoop, motion: _Motion, config: DriveConfig | None = None
     ):
         self._config = config = config or DriveConfig()
         check(config, "drive")
         _check_fit(robot, loop)
         self._robot, self._loop, self._motion = robot, loop, motion
         n = len(robot.joints)
-        self._supervisor = PartLoop(
-            Supervisor(loop.joints.effort_limits, config.supervisor, robot.period), robot.name
-        )
+        self._supervisor = PartLoop(_supervisor_of(robot, loop, config.supervisor), robot.name)
         self._observer = None
         if config.wrench == "observer":
             observer = MomentumObserver(loop.model, config.observer, robot.period)
             self._observer = PartLoop(observer, f"{robot.name} observer")
+        self._external_wrench = compiled(external_wrench)
+        self._chain = ChainDynamics(loop.model).chain
         self._log = _Ring(round(config.keep / robot.period), n)
         self._stops = False
 
@@ -175,7 +178,9 @@ class Drive:
             "motion_C": self._loop.output("compliant_motion"),
             "motion_E": self._loop.output("measured_motion"),
         }
-        read = {} if status is None else {"t": status.time, "q": status.q, "v": status.v}
+        read: dict[str, Any] = (
+            {} if status is None else {"t": status.time, "q": status.q, "v": status.v}
+        )
         mode = self._supervisor.output("mode")
         kept = {**read, "torque": self._sent, "wrench": wrench, "mode": mode, **motions}
         self._log.append(kept, computing)
@@ -186,11 +191,21 @@ class Drive:
             return self._observer.output("wrench")
         if self._config.wrench == "none":
             return np.zeros(6)
-        if status.wrench is None:
+        return self._reported(status)
+
+    def _reported(self, status: RobotStatus) -> Array:
+        """Returns the wrench that the robot itself measures, or estimates at its joints."""
+        if status.wrench is not None:
+            return status.wrench
+        if status.external_torque is None:
             raise RobotError(
-                f"{self._robot.name} measures no wrench; observe it, with wrench: observer."
+                f"{self._robot.name} reports no wrench; observe it, with wrench: observer."
             )
-        return status.wrench
+        h, joints, order = np.empty(6), self._loop.joints, self._loop.model.state_order
+        reading = joints.reading(status.q, status.v)
+        external = joints.from_base(status.external_torque)
+        self._external_wrench(order, reading, external, h, *self._chain)
+        return h
 
     def _observed(self, status: RobotStatus) -> dict[str, Array]:
         joints = self._loop.joints
@@ -220,7 +235,7 @@ class _Ring:
         self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
         self._computing, self._count = np.zeros(size), 0
 
-    def append(self, values: dict[str, Array | float], computing: float) -> None:
+    def append(self, values: dict[str, Any], computing: float) -> None:
         place = self._count % len(self._computing)
         for name, value in values.items():
             self._rows[name][place] = value
@@ -232,6 +247,13 @@ class _Ring:
         kept = np.arange(max(0, self._count - size), self._count) % size
         rows = {name: rows[kept] for name, rows in self._rows.items()}
         return DriveLog(rows, self._count, self._computing[kept])
+
+
+def _supervisor_of(robot: RobotArm, loop: ControlLoop, config: SupervisorConfig) -> Supervisor:
+    """Returns a supervisor that keeps the robot's own limit, too."""
+    rate = min(config.limits.torque_rate, robot.torque_rate)
+    limits = replace(config.limits, torque_rate=rate)
+    return Supervisor(loop.joints.effort_limits, replace(config, limits=limits), robot.period)
 
 
 def _check_fit(robot: RobotArm, loop: ControlLoop) -> None:
@@ -267,5 +289,5 @@ def _check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop
 
 def _is_finite(status: RobotStatus) -> bool:
     values = (status.q, status.v, status.torque)
-    wrench = np.zeros(6) if status.wrench is None else status.wrench
-    return all(map(is_finite, (*values, wrench)))
+    more = (status.wrench, status.external_torque)
+    return all(is_finite(value) for value in (*values, *more) if value is not None)

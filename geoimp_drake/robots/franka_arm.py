@@ -29,6 +29,7 @@ class FrankaArm:
 
     period = 1e-3
     gravity = "robot"
+    torque_rate = 1000.0
 
     def __init__(self, address: str, prefix: str = "fr3_joint", *, real_time: bool = False):
         try:

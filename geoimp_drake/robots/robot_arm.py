@@ -25,6 +25,7 @@ class RobotStatus:
             that itself (n) [Nm, N].
         wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6), None if the
             robot measures none.
+        external_torque: on the joints, from what touches the arm (n); None if not estimated.
     """
 
     time: float
@@ -32,6 +33,7 @@ class RobotStatus:
     v: Array
     torque: Array
     wrench: Array | None = None
+    external_torque: Array | None = None
 
 
 class RobotArm(Protocol):
@@ -43,15 +45,17 @@ class RobotArm(Protocol):
         period: of a tick [s].
         gravity: who holds the arm's weight: `robot`, which adds it to the torques that it is given,
             or `controller`.
+        torque_rate: how fast the robot lets a torque change [Nm/s, N/s].
     """
 
     name: str
     joints: tuple[str, ...]
     period: float
     gravity: str
+    torque_rate: float
 
-    def connect(self) -> RobotStatus:
-        """Connects; returns the first status, before anything is commanded.
+    def connect(self) -> RobotStatus | None:
+        """Connects; returns a status before anything is commanded, None if there is no answer.
 
         Raises:
             RobotError: there is no answer, or not such a robot.

@@ -34,6 +34,8 @@ ALLOWED = {
     "motion_program": FOUNDATIONS | {"rotations", "arm", "motion_program"},
     "robot_files": SYSTEMS | {"controllers", "robot_files"},
     "scenario": FOUNDATIONS | {"scenario"},
+    # What runs a controller on a robot, as `simulation` does on a plant.
+    "robots": ASSEMBLY | {"robots", "simulation"},
     # Nothing in it computes a control law, and it knows no particular experiment.
     "simulation": FOUNDATIONS | {"arm", "parts", "scenario", "simulation", "systems"},
     "campaigns": FOUNDATIONS | {"campaigns", "scenario", "simulation"},

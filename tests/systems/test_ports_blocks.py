@@ -56,9 +56,11 @@ from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
+from geoimp_drake.systems.sensing.momentum_observer import MomentumObserver
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 from geoimp_drake.systems.sources.smooth_target import SmoothTarget
+from geoimp_drake.systems.supervisor import Supervisor
 
 Port = tuple[str, str, str | None]  # direction, name, size as printed
 
@@ -123,6 +125,8 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     JointReadings: (lambda: JointReadings(9), 9),
+    MomentumObserver: (lambda: MomentumObserver(six_joint_model()), 6),
+    Supervisor: (lambda: Supervisor(np.ones(7)), 7),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),
     StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),

@@ -1,0 +1,87 @@
+"""A simulated arm behind the interface of a robot."""
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram
+
+from geoimp_drake.robots.robot_arm import RobotStatus
+from geoimp_drake.typing import Array
+
+__all__ = ["PlantArm"]
+
+
+class PlantArm:
+    """The driver of an arm in a plant; see `RobotArm`. Time passes as statuses are read.
+
+    Until torques are taken over the arm rests: whoever holds it exerts what its weight asks for.
+
+    Args:
+        diagram: contains the plant, whose actuation of the arm is not connected.
+        plant: in it, discrete.
+        model_instance: the arm, whose joints are named as the model names them.
+        gravity: who holds the arm's weight, `controller` or `robot`.
+        wrench: name of the diagram's output port with h at E, None for none.
+
+    Attributes:
+        simulator: of the diagram.
+    """
+
+    def __init__(
+        self,
+        diagram: Diagram,
+        plant: MultibodyPlant,
+        model_instance: ModelInstanceIndex,
+        *,
+        gravity: str = "controller",
+        wrench: str | None = None,
+    ):
+        self.name = plant.GetModelInstanceName(model_instance)
+        self.gravity, self.period, self.torque_rate = gravity, plant.time_step(), np.inf
+        self._plant, self._arm = plant, model_instance
+        # The robot's order is that of its actuators.
+        actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance))
+        joints = [a.joint() for a in sorted(actuators, key=lambda a: a.input_start())]
+        self.joints = tuple(joint.name() for joint in joints)
+        self._q = [joint.position_start() for joint in joints]
+        self._v = [joint.velocity_start() for joint in joints]
+        self.simulator = Simulator(diagram)
+        self._context = plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+        self._actuation = plant.get_actuation_input_port(model_instance)
+        self._wrench = None if wrench is None else diagram.GetOutputPort(wrench)
+        self._torque = np.zeros(len(joints))
+
+    def connect(self) -> RobotStatus:
+        """See `RobotArm`."""
+        # Whoever holds the arm until then exerts what its weight asks for.
+        self._torque = np.zeros(len(self.joints)) if self.gravity == "robot" else self._weight()
+        return self._status()
+
+    def start(self) -> None:
+        """See `RobotArm`."""
+
+    def read(self) -> RobotStatus:
+        """See `RobotArm`; the plant moves on by a tick under the torques written last."""
+        weight = self._weight() if self.gravity == "robot" else 0.0
+        self._actuation.FixValue(self._context, self._torque + weight)
+        ticks = round(self.simulator.get_context().get_time() / self.period)
+        self.simulator.AdvanceTo((ticks + 1) * self.period)
+        return self._status()
+
+    def write(self, torque: Array) -> None:
+        """See `RobotArm`."""
+        self._torque = torque.copy()
+
+    def stop(self) -> None:
+        """See `RobotArm`."""
+
+    def _status(self) -> RobotStatus:
+        q, v = self._plant.GetPositions(self._context), self._plant.GetVelocities(self._context)
+        context = self.simulator.get_context()
+        wrench = None if self._wrench is None else self._wrench.Eval(context).copy()
+        return RobotStatus(context.get_time(), q[self._q], v[self._v], self._torque, wrench)
+
+    def _weight(self) -> Array:
+        weight: Array = -self._plant.CalcGravityGeneralizedForces(self._context)[self._v]
+        return weight

@@ -1,0 +1,59 @@
+"""Supervision of an arm under control, as a block before and behind its controller."""
+
+from geoimp_drake.parts.supervisor import Mode, SupervisorConfig, SupervisorLimits
+from geoimp_drake.parts.supervisor import Supervisor as SupervisorPart
+from geoimp_drake.systems.part_system import PartSystem
+from geoimp_drake.typing import Array
+
+__all__ = ["Mode", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
+
+
+class Supervisor(PartSystem):
+    """Starts an arm when all is well, brakes it when something is not, and stops it.
+
+    ```
+    desired_motion ─▶ supervisor ─supervised_motion─▶ controller ─torque─▶ supervisor ─▶ arm
+    ```
+
+    It waits for a valid reading; then the torques fade from the robot's own to the controller's.
+    A missing reading is bridged by the last torques. When one is missing for too long, when a
+    signal exceeds its limit or somebody asks for it, D comes to rest along `braked_motion`, and
+    stays. Torques never change faster than their limit. Each change of mode is told in Drake's
+    log, with its reason.
+
+    ```
+    INIT ─▶ SOFT_START ─▶ RUN ◀─▶ HOLD
+                 └─────────┴───▶ BRAKE ◀──┘ ─▶ STOPPED
+    ```
+
+    It is not a certified safety function.
+
+    Args:
+        effort_limits: of the joints, in the order of the torques (n) [Nm, N].
+        config: limits and times.
+        period: of a tick [s].
+
+    Raises:
+        ConfigurationError: a field of the configuration cannot be used.
+
+    Ports:
+        input desired_motion: of D in W (19)
+        input measured_motion: of E in W (19)
+        input compliant_motion: of C in W (19)
+        input wrench: h by the end effector on the environment, about Eo, in W (6)
+        input torque: that the controller asks for (n)
+        input measured_torque: that the robot exerts before it is taken over (n)
+        input valid: 1 if there is a new reading, else 0 (1)
+        input stop: 1 to brake, else 0 (1)
+        output supervised_motion: D, or how it comes to rest, for the controller (19)
+        output supervised_torque: for the robot (n)
+        output mode: see `Mode` (1)
+    """
+
+    def __init__(
+        self,
+        effort_limits: Array,
+        config: SupervisorConfig | None = None,
+        period: float = 1e-3,
+    ):
+        super().__init__(SupervisorPart(effort_limits, config, period))

@@ -1,0 +1,186 @@
+"""An arm behind a robot's interface starts, follows, bridges gaps, and always ends at rest."""
+
+import os
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driven_arm import STIFFNESS, Between, DrivenArm
+
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.frame_motion import LINEAR_VELOCITY, POSITION
+from geoimp_drake.parts.supervisor import Mode, SupervisorConfig, SupervisorLimits
+from geoimp_drake.robots.drive import Drive, DriveConfig, DriveLog
+from geoimp_drake.robots.robot_arm import RobotError
+from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.external_wrench import WrenchRamp
+
+MOVE = MotionSegment(1.0, [0.05, 0.0, -0.05], [0.0, 0.0, 0.2])
+NOT_FELT = DriveConfig(wrench="none")
+
+
+def modes(log: DriveLog) -> list[Mode]:
+    """Returns the modes in the order in which they came."""
+    each = log.values["mode"][:, 0]
+    return [Mode(int(mode)) for mode in each[np.flatnonzero(np.diff(each, prepend=-1.0))]]
+
+
+def distance(log: DriveLog, A: str, B: str) -> np.ndarray:
+    """Returns the distance of two frames' origins over time [m]."""
+    return np.linalg.norm(log.values[A][:, POSITION] - log.values[B][:, POSITION], axis=1)
+
+
+@pytest.mark.parametrize("gravity", ["robot", "controller"])
+@pytest.mark.parametrize("model", ["six_joint_arm", "seven_joint_arm"])
+def test_an_arm_starts_follows_and_stops(model, gravity):
+    log = DrivenArm(model, gravity).drive(1.2, MOVE)
+    assert modes(log) == [Mode.SOFT_START, Mode.RUN, Mode.BRAKE, Mode.STOPPED]
+    assert distance(log, "motion_E", "motion_D").max() < 2e-4
+    moved = log.values["motion_E"][-1, POSITION] - log.values["motion_E"][0, POSITION]
+    np.testing.assert_allclose(moved, MOVE.displacement, rtol=0, atol=1e-4)
+
+
+def test_a_push_is_observed_and_yielded_to():
+    push = WrenchRamp(force=np.array([0.0, 0.0, 15.0]), start=0.8, duration=0.2, blend=0.05)
+    log = DrivenArm(push=push).drive(6.0)
+    way = log.values["motion_E"][-1, POSITION] - log.values["motion_D"][-1, POSITION]
+    np.testing.assert_allclose(way, [0.0, 0.0, 15.0 / STIFFNESS], rtol=0, atol=5e-3 * 0.03)
+
+
+@pytest.mark.parametrize("lost", [1, 15])
+def test_lost_statuses_are_bridged(lost):
+    def disturb(count, status):
+        return None if 1000 <= count < 1000 + lost else status
+
+    arm = DrivenArm()
+    log = arm.drive(1.2, MOVE, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    assert modes(log)[1:5] == [Mode.RUN, Mode.HOLD, Mode.RUN, Mode.BRAKE]
+    assert np.nanmax(distance(log, "motion_E", "motion_C")) < 1e-3
+
+
+def test_too_many_lost_statuses_end_in_a_stop():
+    arm, drivers = DrivenArm(), []
+
+    def through(robot):
+        def disturb(count, status):
+            return status if count < 1000 or count > 1050 else None
+
+        drivers.append(Between(robot, disturb))
+        return drivers[0]
+
+    log = arm.drive(1.2, MOVE, config=NOT_FELT, through=through)
+    assert modes(log)[1:] == [Mode.RUN, Mode.HOLD, Mode.BRAKE, Mode.STOPPED]
+    assert log.ticks < 1300
+    assert drivers[0].stopped == 1
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda status: replace(status, q=status.q * np.nan),
+        lambda status: replace(status, v=status.v + np.inf),
+        lambda status: replace(status, time=status.time - 0.5),
+    ],
+    ids=["NaN", "infinity", "time going back"],
+)
+def test_a_status_that_cannot_be_counts_as_none(broken):
+    def disturb(count, status):
+        return broken(status) if count == 700 else status
+
+    arm = DrivenArm()
+    log = arm.drive(0.4, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    assert modes(log)[1:4] == [Mode.RUN, Mode.HOLD, Mode.RUN]
+    assert np.isfinite(log.values["torque"]).all()
+
+
+def test_a_stop_from_speed_takes_little_way_and_no_jump():
+    # The largest speed of such a motion is 1.875 Δ/T, after half the time.
+    fast = MotionSegment(1.0, [0.0, 0.0, -0.16])
+    log = DrivenArm("light7").drive(0.5, fast, config=NOT_FELT)
+    braking = log.values["mode"][:, 0] == Mode.BRAKE
+    speed = np.linalg.norm(log.values["motion_D"][:, LINEAR_VELOCITY], axis=1)
+    D = log.values["motion_E"][:, POSITION]
+    begun = np.flatnonzero(braking)[0]
+    assert speed[begun] == pytest.approx(0.3, rel=0.01)
+    assert np.linalg.norm(D[-1] - D[begun]) < 0.025
+    rates = np.abs(np.diff(log.values["torque"], axis=0)) / 1e-3
+    assert rates.max() <= 1000.0 + 1e-6
+
+
+def limited(**limits: float) -> DriveConfig:
+    return DriveConfig(
+        wrench="none", supervisor=SupervisorConfig(limits=SupervisorLimits(**limits))
+    )
+
+
+@pytest.mark.parametrize(
+    ("limits", "reason"),
+    [
+        ({"speed": 0.05}, "speed 0.05"),
+        ({"turning_speed": 0.2}, "turning speed 0.2"),
+        ({"torque": 0.0005}, "torque 0.0005"),
+        ({"desired_speed_step": 1e-6}, "desired speed step"),
+        ({"desired_step": 1e-6}, "desired step"),
+        ({"tracking": 1e-9}, "tracking"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_an_excess_brakes_and_names_what_and_how_much(limits, reason, caplog):
+    log = DrivenArm().drive(1.2, MOVE, config=limited(**limits))
+    assert modes(log)[-2:] == [Mode.BRAKE, Mode.STOPPED]
+    assert log.ticks < 1700
+    (limit,) = limits.values()
+    told = [record.getMessage() for record in caplog.records if "to BRAKE" in record.getMessage()]
+    assert len(told) == 1
+    assert reason.split()[0] in told[0]
+    assert f"exceeds {limit:g}" in told[0]
+
+
+def test_an_interrupt_brakes_and_then_stops():
+    def disturb(count, status):
+        if count == 900:
+            os.kill(os.getpid(), signal.SIGINT)
+        return status
+
+    arm = DrivenArm()
+    log = arm.drive(5.0, MOVE, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    assert modes(log)[1:] == [Mode.RUN, Mode.BRAKE, Mode.STOPPED]
+    assert log.ticks == pytest.approx(900 + 151, abs=3)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_error_leaves_the_arm_with_its_own_controller():
+    drivers = []
+
+    def through(robot):
+        def disturb(count, status):
+            if count == 600:
+                raise RobotError("the robot has gone")
+            return status
+
+        drivers.append(Between(robot, disturb))
+        return drivers[0]
+
+    with pytest.raises(RobotError, match="has gone"):
+        DrivenArm().drive(1.0, config=NOT_FELT, through=through)
+    assert drivers[0].stopped == 1
+
+
+def test_robot_and_controller_must_fit():
+    arm = DrivenArm()
+    others = {
+        "gravity='robot'": {"gravity": "controller", "joints": arm.robot.joints},
+        "joints=robot.joints": {"gravity": "robot", "joints": arm.robot.joints[::-1]},
+    }
+    E = arm.plant.GetFrameByName("flange")
+    instance = arm.plant.GetModelInstanceByName("robot")
+    for words, options in others.items():
+        loop = ControlLoop(arm.plant, instance, E, **options)
+        with pytest.raises(ConfigurationError, match=words):
+            Drive(arm.robot, loop, arm.motion())
+    slow = ControlLoop(arm.plant, instance, E, gravity="robot", joints=arm.robot.joints)
+    slow.period = 2e-3
+    with pytest.raises(ConfigurationError, match=r"0.001 s.*0.002 s"):
+        Drive(arm.robot, slow, arm.motion())
