@@ -1,0 +1,127 @@
+"""What a wrist sensor carries, and what it reads of nothing, from postures or from a motion.
+
+The load and a constant bias b are linear in sixteen numbers: mass m, first moment m c, inertia I
+about the sensor's origin, and b. With the acceleration a of that origin, in the sensor's axes,
+
+    f = m (a − g) + ω̇ × m c + ω × (ω × m c) + b_f,   μ = m c × (a − g) + I ω̇ + ω × I ω + b_μ,
+
+which is `sensed_wrench.load_of_tool` about another point. Least squares give them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.rotations.so3 import skew
+from geoimp_drake.typing import Array
+
+__all__ = ["WORST_CONDITION", "IdentifiedLoad", "identify_load", "load_regressor"]
+
+# Beyond this condition number the postures are too alike: six that are tilted by 15° have 11, by
+# 5° 32.
+WORST_CONDITION = 20.0
+
+_STATIC = [0, 1, 2, 3, *range(10, 16)]
+
+
+@dataclass(frozen=True)
+class IdentifiedLoad:
+    """What a sensor carries.
+
+    Attributes:
+        mass: [kg].
+        centre_of_mass: c in S (3) [m].
+        bias: the reading without any load, [moment; force] in S (6) [Nm, N].
+        inertia: about the centre of mass, in S (3, 3) [kg m²]; zero if there was no motion.
+        condition: number of the least squares, with columns of unit norm.
+        left_over: largest |moment| and |force| that load and bias do not explain [Nm, N].
+    """
+
+    mass: float
+    centre_of_mass: Array
+    bias: Array
+    inertia: Array
+    condition: float
+    left_over: tuple[float, float]
+
+
+def load_regressor(R_WS: Array, w: Array, dw: Array, a: Array, gravity: Array) -> Array:
+    """Returns Y (6, 16): the reading [moment; force] is Y times the sixteen numbers.
+
+    They are m, m c, I_xx, I_yy, I_zz, I_xy, I_xz, I_yz and b.
+
+    Args:
+        R_WS: attitude of the sensor (3, 3).
+        w: its angular velocity, in W (3) [rad/s].
+        dw: its angular acceleration, in W (3) [rad/s²].
+        a: acceleration of its origin, in W (3) [m/s²].
+        gravity: g in W (3) [m/s²].
+    """
+    w_S, dw_S, specific = R_WS.T @ w, R_WS.T @ dw, R_WS.T @ (a - gravity)
+    spin = skew(w_S)
+    moment = np.hstack((np.zeros((3, 1)), -skew(specific), _inertia(dw_S) + spin @ _inertia(w_S)))
+    force = np.hstack((specific[:, None], skew(dw_S) + spin @ spin, np.zeros((3, 6))))
+    return np.hstack((np.vstack((moment, force)), np.eye(6)))
+
+
+def identify_load(
+    readings: Sequence[Array],
+    attitudes: Sequence[Array],
+    gravity: Array,
+    motions: Sequence[tuple[Array, Array, Array]] | None = None,
+) -> IdentifiedLoad:
+    """Returns load and bias of a wrist sensor.
+
+    Args:
+        readings: [moment; force] in S (6), one for each posture (the mean of some time at rest) or
+            instant of a motion.
+        attitudes: R_WS (3, 3) of each; six postures tilted by 60° in different directions are good.
+        gravity: g in W (3) [m/s²].
+        motions: (ω, ω̇, a) of the sensor's origin in W at each instant; at rest by default.
+
+    Raises:
+        ConfigurationError: the numbers of readings and attitudes differ, or the postures are too
+            alike for a load to be told from a bias; the message has the condition number.
+    """
+    if len(readings) != len(attitudes) or (motions is not None and len(motions) != len(readings)):
+        raise ConfigurationError(
+            f"There are {len(readings)} readings and {len(attitudes)} attitudes; give one of each "
+            f"for each posture."
+        )
+    rest = (np.zeros(3),) * 3
+    each = zip(attitudes, motions or [rest] * len(readings), strict=True)
+    columns = slice(None) if motions else _STATIC
+    Y = np.vstack([load_regressor(R, *motion, gravity)[:, columns] for R, motion in each])
+    y = np.concatenate([np.asarray(reading, dtype=float) for reading in readings])
+    scale = np.linalg.norm(Y, axis=0)
+    condition = float(np.linalg.cond(Y / scale)) if scale.all() else np.inf
+    if len(Y) < Y.shape[1] or condition > WORST_CONDITION:
+        raise ConfigurationError(
+            f"The {len(readings)} postures are too alike to tell a load from a bias: the condition "
+            f"number is {condition:.3g}, above {WORST_CONDITION:g}. Tilt the hand by 60° in six "
+            f"directions{', and turn it about all axes' if motions else ''}."
+        )
+    numbers = np.zeros(16)
+    numbers[columns] = np.linalg.lstsq(Y / scale, y, rcond=None)[0] / scale
+    rest_of = (y - Y @ numbers[columns]).reshape(-1, 6)
+    return _load(numbers, condition, rest_of, with_inertia=motions is not None)
+
+
+def _load(numbers: Array, condition: float, rest: Array, *, with_inertia: bool) -> IdentifiedLoad:
+    mass, bias = float(numbers[0]), numbers[10:]
+    centre = numbers[1:4] / mass if mass else np.zeros(3)
+    inertia = np.zeros((3, 3))
+    if with_inertia:
+        xx, yy, zz, xy, xz, yz = numbers[4:10]
+        about_S = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        inertia = about_S + mass * skew(centre) @ skew(centre)
+    left = (float(np.linalg.norm(rest[:, k : k + 3], axis=1).max()) for k in (0, 3))
+    return IdentifiedLoad(mass, centre, bias, inertia, condition, (next(left), next(left)))
+
+
+def _inertia(w: Array) -> Array:
+    """Returns L (3, 6) with I w = L [I_xx, I_yy, I_zz, I_xy, I_xz, I_yz]."""
+    x, y, z = w
+    return np.array([[x, 0, 0, y, z, 0], [0, y, 0, x, 0, z], [0, 0, z, 0, x, y]])
