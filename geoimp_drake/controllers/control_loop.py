@@ -42,6 +42,7 @@ class ControlLoop:
 
     Attributes:
         model: the arm; it has no weight if the robot holds it.
+        impedance: of the end effector.
         joints: the order of q, v and torques.
         period: of a tick, unless `step` is told another [s].
         gravity: who holds the arm's weight.
@@ -73,6 +74,7 @@ class ControlLoop:
             gravity=gravity == "controller",
         )
         self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
+        self.impedance = impedance
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")

@@ -50,6 +50,7 @@ class Impedance:
 
     Attributes:
         family_law: of the orientation family, see `orientation_impedance.OrientationImpedance`.
+        family_name: of the same.
         write_rate: the law `compliant_motion.frame_state_rate`.
     """
 
@@ -72,7 +73,7 @@ class Impedance:
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
         self._energies = Energies(self._M_p, self._D_p, self._K_p, rotation, self._K_c)
-        self.family_law = rotation.law
+        self.family_law, self.family_name = rotation.law, rotation.name
         self._law = compiled(compliant_motion(self.family_law))
         self.write_rate = compiled(frame_state_rate)
         self._gains: tuple[Array, ...] = (
@@ -146,6 +147,18 @@ class Impedance:
             self.check(now, desired, wrench, state)
         if not self._law(state, desired, wrench, *self.gains(now), motion):
             self.check(now, desired, wrench, state)
+
+    def motion_of(self, desired: Array, wrench: Array, state: Array) -> Array:
+        """Returns the motion of C (19,) without factors; not finite where the law is not.
+
+        Args:
+            desired: motion of D (19,).
+            wrench: at the end effector (6,).
+            state: of C (13,).
+        """
+        motion = np.full(FRAME_MOTION_SIZE, np.nan)
+        self._law(state, desired, wrench, *self._gains, motion)
+        return motion
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or keeps its normalized quaternion."""

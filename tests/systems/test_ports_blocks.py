@@ -51,6 +51,7 @@ from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
 from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedance
 from geoimp_drake.systems.cooperation.reference_hold import ReferenceHold
+from geoimp_drake.systems.hand_over import HandOver
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
@@ -124,6 +125,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     LastMotion: (LastMotion, 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
+    HandOver: (lambda: HandOver(7), 7),
     JointReadings: (lambda: JointReadings(9), 9),
     MomentumObserver: (lambda: MomentumObserver(six_joint_model()), 6),
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
