@@ -213,7 +213,11 @@ class Supervisor:
 
     def _change(self, mode: Mode, after: Mode, reason: str, memory: Array, now: Now) -> None:
         places = self.memory
-        _log.warning(f"{now.system}: t = {now.time:.3f} s: {mode.name} to {after.name}, {reason}.")
+        # Short gaps are many on a busy machine.
+        tell = (
+            _log.debug if Mode.HOLD in (mode, after) and after is not Mode.BRAKE else _log.warning
+        )
+        tell(f"{now.system}: t = {now.time:.3f} s: {mode.name} to {after.name}, {reason}.")
         memory[places.mode], memory[places.since] = float(after), now.time
         if after is Mode.SOFT_START:
             memory[places.taken_over] = memory[places.sent] = now["measured_torque"]

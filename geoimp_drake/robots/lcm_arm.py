@@ -1,27 +1,25 @@
-"""An arm behind Drake's LCM messages: iiwa and Panda, as drake-iiwa-driver and -franka-driver."""
+"""An arm behind Drake's LCM messages, driven or simulated."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from drake import lcmt_iiwa_command, lcmt_iiwa_status, lcmt_panda_command, lcmt_panda_status
 from pydrake.lcm import DrakeLcm
 
+from geoimp_drake.robots.lcm_messages import LCM_MESSAGES
+from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotStatus
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, positive
 
-__all__ = ["LCM_ROBOTS", "LcmArm"]
+__all__ = ["LcmArm", "LcmRobot"]
 
-LCM_ROBOTS = ("iiwa", "panda")
+# How long a robot may be silent before it counts as absent, and how long in periods before a
+# status counts as missing [s, 1].
+_PATIENCE, _LATE = 2.0, 1.5
 
-# Drake's PandaControlMode for torques.
-_TORQUE_MODE = 4
-
-# How long a robot may be silent before it counts as absent [s].
-_PATIENCE = 2.0
+# A command counts for so long; drake-franka-driver's time [s].
+_EXPIRY = 0.1
 
 
 class LcmArm:
@@ -32,13 +30,18 @@ class LcmArm:
 
     Args:
         robot: `iiwa` or `panda`.
-        url: of LCM; empty for its own default.
+        url: of LCM; empty for LCM's own default.
         joints: names in the order of the messages.
         period: of the statuses [s].
         channel: what the channels' names begin with; by default IIWA or PANDA.
+        patience: after how long a status counts as missing [s]; one and a half periods by default.
+
+    Raises:
+        ConfigurationError: an unknown robot, or a period that is not positive.
     """
 
     gravity = "robot"
+    torque_rate = np.inf
 
     def __init__(
         self,
@@ -47,22 +50,22 @@ class LcmArm:
         joints: tuple[str, ...],
         period: float = 5e-3,
         channel: str | None = None,
+        patience: float | None = None,
     ):
-        choice(robot, "driver.robot", LCM_ROBOTS)
-        positive(period, "driver.period", "s")
+        choice(robot, "robot", LCM_MESSAGES)
+        positive(period, "period", "s")
+        self._patience = _LATE * period if patience is None else patience
         self.name, self.joints, self.period = f"{robot} at {url or 'LCM'}", joints, period
-        self.torque_rate = np.inf
-        self._messages = _MESSAGES[robot]
-        prefix = channel or robot.upper()
-        self._command, self._status_channel = f"{prefix}_COMMAND", f"{prefix}_STATUS"
-        self._lcm = DrakeLcm(url)
+        self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
+        self._lcm, self._is_connected = DrakeLcm(url), False
         self._newest: Any = None
         self._last: Any = None
 
     def connect(self) -> RobotStatus | None:
         """See `RobotArm`."""
-        if self._newest is None:
-            self._lcm.Subscribe(self._status_channel, self._take)
+        if not self._is_connected:
+            self._lcm.Subscribe(f"{self._channel}_STATUS", self._take)
+            self._is_connected = True
         return self._wait(_PATIENCE)
 
     def start(self) -> None:
@@ -70,15 +73,15 @@ class LcmArm:
 
     def read(self) -> RobotStatus | None:
         """See `RobotArm`."""
-        return self._wait(1.5 * self.period)
+        return self._wait(self._patience)
 
     def write(self, torque: Array) -> None:
         """See `RobotArm`."""
-        command = self._messages.command(self._last, torque)
-        self._lcm.Publish(self._command, command.encode())
+        command = self._messages.write_command(self._last, torque)
+        self._lcm.Publish(f"{self._channel}_COMMAND", command.encode())
 
     def stop(self) -> None:
-        """See `RobotArm`; without commands the robot holds itself."""
+        """See `RobotArm`; the robot holds its weight."""
         if self._last is not None:
             self.write(np.zeros(len(self.joints)))
 
@@ -96,58 +99,65 @@ class LcmArm:
                 return None
             self._lcm.HandleSubscriptions(max(1, round(1e3 * left)))
         self._last = self._newest
-        return self._messages.status(self._last)
+        return self._messages.read_status(self._last)
 
 
-@dataclass(frozen=True)
-class _Messages:
-    """What messages of a robot mean."""
+class LcmRobot:
+    """Lets an arm in a plant speak Drake's messages: the other end of `LcmArm`.
 
-    status_type: Any
-    status: Callable[[Any], RobotStatus]
-    command: Callable[[Any, Array], Any]
+    A status is sent each period; a command counts until the next one, or for a tenth of a second.
+    Then, and before the first one, the arm holds its weight alone.
 
+    Args:
+        arm: in its plant; `gravity` is `robot`.
+        robot: `iiwa` or `panda`.
+        url: of LCM; empty for LCM's own default.
+        period: of the statuses, a multiple of the plant's step [s].
+        channel: what the channels' names begin with; by default IIWA or PANDA.
 
-def _iiwa_status(message: Any) -> RobotStatus:
-    return RobotStatus(
-        1e-6 * message.utime,
-        np.array(message.joint_position_measured),
-        np.array(message.joint_velocity_estimated),
-        np.array(message.joint_torque_commanded),
-        external_torque=np.array(message.joint_torque_external),
-    )
+    Raises:
+        ConfigurationError: an unknown robot, or a period that is not positive.
+    """
 
+    def __init__(
+        self,
+        arm: PlantArm,
+        robot: str,
+        url: str,
+        period: float = 5e-3,
+        channel: str | None = None,
+    ):
+        choice(robot, "robot", LCM_MESSAGES)
+        positive(period, "period", "s")
+        self._arm, self._ticks = arm, max(1, round(period / arm.period))
+        self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
+        self._lcm, self._torque = DrakeLcm(url), np.zeros(len(arm.joints))
+        self._commanded = -np.inf
+        self._lcm.Subscribe(f"{self._channel}_COMMAND", self._take)
 
-def _iiwa_command(status: Any, torque: Array) -> Any:
-    command = lcmt_iiwa_command()
-    command.utime = status.utime
-    # In torque mode the positions have no stiffness; they keep the robot's monitor content.
-    command.num_joints, command.joint_position = status.num_joints, status.joint_position_measured
-    command.num_torques, command.joint_torque = len(torque), torque.tolist()
-    return command
+    def run(self, duration: float, *, in_step: bool = False) -> None:
+        """Lets time pass, at real time.
 
+        Args:
+            duration: [s].
+            in_step: waits for the answer to each status instead, for as long as a command counts.
+        """
+        status, begun = self._arm.connect(), time.monotonic()
+        while status.time < duration:
+            late = time.monotonic() - self._commanded > _EXPIRY
+            self._arm.write(np.zeros_like(self._torque) if late else self._torque)
+            for _ in range(self._ticks):
+                status = self._arm.read()
+            message = self._messages.write_status(status)
+            self._lcm.Publish(f"{self._channel}_STATUS", message.encode())
+            sent = time.monotonic()
+            self._listen_until(sent + _EXPIRY if in_step else begun + status.time, in_step, sent)
 
-def _panda_status(message: Any) -> RobotStatus:
-    return RobotStatus(
-        1e-6 * message.utime,
-        np.array(message.joint_position),
-        np.array(message.joint_velocity),
-        np.array(message.joint_torque_desired),
-        # Of the arm on its environment.
-        external_torque=-np.array(message.joint_torque_external),
-    )
+    def _listen_until(self, instant: float, in_step: bool, sent: float) -> None:
+        while (left := instant - time.monotonic()) > 0 and not (in_step and self._commanded > sent):
+            self._lcm.HandleSubscriptions(max(1, round(1e3 * left)))
 
-
-def _panda_command(status: Any, torque: Array) -> Any:
-    command = lcmt_panda_command()
-    # The driver compares it with its own clock, and lets old commands expire.
-    command.utime = status.utime
-    command.num_joint_torque, command.joint_torque = len(torque), torque.tolist()
-    command.control_mode_expected = _TORQUE_MODE
-    return command
-
-
-_MESSAGES = {
-    "iiwa": _Messages(lcmt_iiwa_status, _iiwa_status, _iiwa_command),
-    "panda": _Messages(lcmt_panda_status, _panda_status, _panda_command),
-}
+    def _take(self, data: bytes) -> None:
+        torque = self._messages.read_command(self._messages.command_type.decode(data))
+        if torque is not None and len(torque) == len(self._torque):
+            self._torque, self._commanded = torque, time.monotonic()
