@@ -20,7 +20,7 @@ from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.single_arm_scenario import CELL_OF_ARM, SingleArmScenario
 
-__all__ = ["build_single_arm"]
+__all__ = ["add_single_arm", "build_single_arm"]
 
 
 def build_single_arm(
@@ -42,7 +42,7 @@ def build_single_arm(
         ConfigurationError: the scenario cannot be used; the message says why.
     """
     setup = SetupBuilder(
-        scenario, lambda plant: _add_models(plant, scenario), meshcat, live=live, logged=logged
+        scenario, lambda plant: add_single_arm(plant, scenario), meshcat, live=live, logged=logged
     )
     plant, (E, sensor_joint) = setup.plant, setup.models
     arm = plant.GetModelInstanceByName(scenario.arm)
@@ -66,7 +66,7 @@ def build_single_arm(
     return setup.build()
 
 
-def _add_models(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
+def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
     """Adds arm, sensor, tool and surface; returns E and the weld that the sensor reads."""
     E, sensor_joint = _add_arm(plant, scenario)
     if scenario.surface is not None:

@@ -17,9 +17,11 @@ __all__ = [
     "bench",
     "check",
     "compare",
+    "drive",
     "init",
     "list_experiments",
     "reproduce",
+    "robot_sim",
     "run",
     "sweep",
 ]
@@ -144,6 +146,34 @@ def check(options: argparse.Namespace) -> int:
         )
     experiment = get_experiment(_named_in(options.file))
     check_scenario(experiment, experiment.scenario((read_layer(options.file),)))
+    return SUCCESS
+
+
+def drive(options: argparse.Namespace) -> int:
+    """Drives the robot of a scenario through its own interface. Returns the exit status."""
+    from geoimp_drake.cli.driving import drive_robot, look_at_robot
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+
+    experiment = get_experiment(_named_in(options.scenario))
+    scenario = _scenario(experiment, options, None, None)
+    if options.dry_run:
+        look_at_robot(scenario)
+        return SUCCESS
+    out = options.out or Path("results") / options.scenario.stem
+    claims, files, failure = drive_robot(experiment, scenario, out, figures=not options.no_figures)
+    print(claims)
+    _print_files(files)
+    return _status({experiment.name: failure} if failure else {})
+
+
+def robot_sim(options: argparse.Namespace) -> int:
+    """Simulates the robot of a scenario behind Drake's LCM messages. Returns the exit status."""
+    from geoimp_drake.cli.driving import simulate_robot
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+
+    experiment = get_experiment(_named_in(options.scenario))
+    scenario = _scenario(experiment, options, None, None)
+    simulate_robot(scenario, options.lcm, in_step=options.in_step)
     return SUCCESS
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from geoimp_drake import __version__
 from geoimp_drake.cli import commands
@@ -57,6 +57,7 @@ def make_parser() -> argparse.ArgumentParser:
     run = subparsers.add_parser("run", help="run one experiment and write log, claims and figures")
     _add_run_options(run)
     run.set_defaults(command=commands.run)
+    _add_robot_commands(subparsers)
     compare = subparsers.add_parser("compare", help="run several orientation families alike")
     compare.add_argument("experiment", metavar="EXPERIMENT")
     compare.add_argument(
@@ -90,6 +91,42 @@ def make_parser() -> argparse.ArgumentParser:
     )
     bench.set_defaults(command=commands.bench)
     return parser
+
+
+def _add_robot_commands(subparsers: Any) -> None:
+    drive = subparsers.add_parser(
+        "drive",
+        help="drive the robot of a scenario through its own interface",
+        description="Runs a scenario with one arm on the robot that its robot.driver names, from "
+        "where the robot is. Ctrl-C brakes the arm, then stops. Log, claims and figures are those "
+        "of `geoimp run`; ticks.npz has every tick of the end.",
+    )
+    drive.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
+    drive.add_argument(
+        "--dry-run", action="store_true", help="connect, read, compute and print; command nothing"
+    )
+    drive.add_argument("--no-figures", action="store_true", help="write no figures")
+    _add_drive_options(drive)
+    drive.set_defaults(command=commands.drive)
+    robot_sim = subparsers.add_parser(
+        "robot-sim",
+        help="simulate the robot of a scenario at the other end of LCM",
+        description="The arm of a scenario speaks Drake's messages of an iiwa or a Panda, at real "
+        "time, for the scenario's duration.",
+    )
+    robot_sim.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
+    robot_sim.add_argument("--lcm", default="", metavar="URL", help="of LCM (its own default)")
+    robot_sim.add_argument(
+        "--in-step", action="store_true", help="wait for the answer to each status"
+    )
+    _add_drive_options(robot_sim)
+    robot_sim.set_defaults(command=commands.robot_sim)
+
+
+def _add_drive_options(parser: argparse.ArgumentParser) -> None:
+    _add_overrides(parser)
+    parser.add_argument("--duration", type=float, metavar="S", help="of the motion [s]")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
 
 
 def _add_robot_options(parser: argparse.ArgumentParser) -> None:
@@ -170,7 +207,7 @@ def _add_reproduce_options(reproduce: argparse.ArgumentParser) -> None:
     reproduce.add_argument("--seed", type=int, metavar="N", help="of the sensors' noise")
 
 
-def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
+def _add_overrides(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set",
         dest="overrides",
@@ -179,6 +216,10 @@ def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
         metavar="KEY.PATH=VALUE",
         help="set a field of the scenario; may be repeated",
     )
+
+
+def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    _add_overrides(parser)
     parser.add_argument(
         "--scenario", type=Path, metavar="FILE", help="YAML file laid over the experiment's own"
     )

@@ -11,6 +11,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.geometry import GEOMETRY
 from geoimp_drake.robot_files.inertia_repair import INERTIA
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
+from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import PATH, check, choice, finite_vector, key
@@ -35,6 +36,7 @@ class RobotConfig:
     inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
+    driver: DriverConfig = field(default_factory=DriverConfig)  # for `geoimp drive`
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it.

@@ -12,7 +12,7 @@ import numpy as np
 from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.laws.compositions.momentum_observation import external_wrench
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, is_finite
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
@@ -42,30 +42,39 @@ class _Motion(Protocol):
 class DriveConfig:
     """How an arm is driven."""
 
-    wrench: str = "observer"  # at E; or robot, as it reports it, none
+    wrench: str | None = (
+        None  # at E: observer, robot, as it reports it, or none; null for the first
+    )
     observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
-    keep: float = 10.0  # of the last ticks in the log [s]
+    keep: float = 10.0  # time whose every tick is kept in the log [s]
+    log_period: float = 0.01  # of the log of the whole drive [s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        choice(self.wrench, key(name, "wrench"), WRENCHES)
+        if self.wrench is not None:
+            choice(self.wrench, key(name, "wrench"), WRENCHES)
         positive(self.keep, key(name, "keep"), "s")
+        positive(self.log_period, key(name, "log_period"), "s")
 
 
 @dataclass
 class DriveLog:
-    """The last ticks of a drive, oldest first.
+    """What was logged of a drive: t, q, v, torque, wrench, mode and motions, a row a tick.
 
     Attributes:
-        values: by name, a row a tick: t, q, v, torque, wrench, motion_D, motion_C, motion_E, mode.
+        values: of the last ticks.
+        whole: of the whole drive, a row each log period.
         ticks: how many there were in all.
-        computing: from a status to its torques (ticks kept) [s].
+        computing: from a status to its torques, of the last ticks [s].
+        failure: what ended the drive, if the supervisor did not.
     """
 
     values: dict[str, Array]
+    whole: dict[str, Array]
     ticks: int
     computing: Array
+    failure: Exception | None = None
 
 
 class Drive:
@@ -78,57 +87,65 @@ class Drive:
     Args:
         robot: its driver.
         loop: the controller; its joints are in the robot's order.
-        motion: of D; it begins when the torques have faded in.
         config: wrench, supervision and log.
 
     Raises:
         ConfigurationError: loop and robot do not fit each other.
     """
 
-    def __init__(
-        self, robot: RobotArm, loop: ControlLoop, motion: _Motion, config: DriveConfig | None = None
-    ):
+    def __init__(self, robot: RobotArm, loop: ControlLoop, config: DriveConfig | None = None):
         self._config = config = config or DriveConfig()
         check(config, "drive")
         _check_fit(robot, loop)
-        self._robot, self._loop, self._motion = robot, loop, motion
-        n = len(robot.joints)
+        self._robot, self._loop = robot, loop
         self._supervisor = PartLoop(_supervisor_of(robot, loop, config.supervisor), robot.name)
         self._observer = None
-        if config.wrench == "observer":
+        if config.wrench in (None, "observer"):
             observer = MomentumObserver(loop.model, config.observer, robot.period)
             self._observer = PartLoop(observer, f"{robot.name} observer")
         self._external_wrench = compiled(external_wrench)
         self._chain = ChainDynamics(loop.model).chain
-        self._log = _Ring(round(config.keep / robot.period), n)
-        self._stops = False
 
-    def run(self, duration: float) -> DriveLog:
+    def look(self) -> RobotStatus:
+        """Connects; returns a status, and commands nothing.
+
+        Raises:
+            RobotError: the robot does not answer, or is not of this arm.
+        """
+        return _check_status(self._robot.connect(), self._robot, self._loop)
+
+    def run(self, motion: _Motion, duration: float) -> DriveLog:
         """Drives the robot; returns what was logged, whatever ended it.
 
         Args:
+            motion: of D; it begins when the torques have faded in.
             duration: after which D has ended and the arm is stopped [s].
 
         Raises:
-            RobotError: the robot does not answer, or ends the control.
+            RobotError: the robot does not answer.
         """
-        _check_status(self._robot.connect(), self._robot, self._loop)
+        self._motion, self._duration = motion, duration
+        self._log = _Log(self._config, self._robot.period, len(self._robot.joints))
+        self.look()
         self._robot.start()
+        failure = None
         try:
             self._begin(self._robot.read())
             with self._stopped_by_interrupt(), only_new_garbage():
                 while self._mode() is not Mode.STOPPED:
-                    self._tick(self._robot.read(), duration)
+                    self._tick(self._robot.read())
+        except GeoimpError as error:
+            failure = error
         finally:
             self._robot.stop()
-        return self._log.read()
+        return replace(self._log.read(), failure=failure)
 
     def _mode(self) -> Mode:
         return Mode(int(self._supervisor.output("mode")[0]))
 
     def _begin(self, status: RobotStatus | None) -> None:
         status = _check_status(status, self._robot, self._loop)
-        self._last, self._clock = status.time, 0.0
+        self._last, self._clock, self._heard = status.time, 0.0, time.perf_counter()
         self._sent, self._stops = status.torque, False
         D = self._motion.evaluate(0.0)
         tau = self._loop.reset(status.q, status.v, None, D)
@@ -147,7 +164,7 @@ class Drive:
             }
         )
 
-    def _tick(self, status: RobotStatus | None, duration: float) -> None:
+    def _tick(self, status: RobotStatus | None) -> None:
         begun = time.perf_counter()
         supervisor, loop = self._supervisor, self._loop
         elapsed = self._robot.period
@@ -161,9 +178,10 @@ class Drive:
                 "measured_motion": loop.output("measured_motion"),
                 "compliant_motion": loop.output("compliant_motion"),
             }
+        self._note_silence(begun)
         if self._mode() in (Mode.RUN, Mode.HOLD):
             self._clock += elapsed
-        readings["stop"] = _YES if self._stops or self._clock > duration else _NO
+        readings["stop"] = _YES if self._stops or self._clock > self._duration else _NO
         supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, elapsed)
         if status is not None and is_new:
             D, h = supervisor.output("supervised_motion"), readings["wrench"]
@@ -184,6 +202,12 @@ class Drive:
         mode = self._supervisor.output("mode")
         kept = {**read, "torque": self._sent, "wrench": wrench, "mode": mode, **motions}
         self._log.append(kept, computing)
+
+    def _note_silence(self, now: float) -> None:
+        """Tells the supervisor how long the robot was silent, which its own clock may not."""
+        silent, self._heard = now - self._heard, now
+        if self._robot.real_time and silent > self._config.supervisor.hold:
+            self._supervisor.step({"valid": _NO, "stop": _NO}, {}, silent)
 
     def _wrench(self, status: RobotStatus, elapsed: float) -> Array:
         if self._observer is not None:
@@ -226,19 +250,24 @@ class Drive:
             signal.signal(signal.SIGINT, before)
 
 
-class _Ring:
-    """The last ticks, in arrays that are made once."""
+class _Log:
+    """The last ticks, in arrays that are made once, and the whole drive more coarsely."""
 
-    def __init__(self, size: int, n: int):
+    def __init__(self, config: DriveConfig, period: float, n: int):
+        size = round(config.keep / period)
         widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
         widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
         self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
+        self._coarse: dict[str, list[Array]] = {name: [] for name in widths}
+        self._every = max(1, round(config.log_period / period))
         self._computing, self._count = np.zeros(size), 0
 
     def append(self, values: dict[str, Any], computing: float) -> None:
         place = self._count % len(self._computing)
-        for name, value in values.items():
-            self._rows[name][place] = value
+        for name, rows in self._rows.items():
+            rows[place] = values.get(name, np.nan)
+            if self._count % self._every == 0:
+                self._coarse[name].append(rows[place].copy())
         self._computing[place] = computing
         self._count += 1
 
@@ -246,7 +275,8 @@ class _Ring:
         size = len(self._computing)
         kept = np.arange(max(0, self._count - size), self._count) % size
         rows = {name: rows[kept] for name, rows in self._rows.items()}
-        return DriveLog(rows, self._count, self._computing[kept])
+        whole = {name: np.array(rows) for name, rows in self._coarse.items()}
+        return DriveLog(rows, whole, self._count, self._computing[kept])
 
 
 def _supervisor_of(robot: RobotArm, loop: ControlLoop, config: SupervisorConfig) -> Supervisor:

@@ -1,5 +1,6 @@
 """A Franka arm through its own interface, libfranka."""
 
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,9 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
 from geoimp_drake.typing import Array
 
-__all__ = ["FrankaArm"]
+__all__ = ["FR3_JOINTS", "FrankaArm"]
+
+FR3_JOINTS = tuple(f"fr3_joint{k}" for k in range(1, 8))
 
 
 class FrankaArm:
@@ -19,7 +22,7 @@ class FrankaArm:
 
     Args:
         address: of the robot, a name or number.
-        prefix: of the joints' names in the robot's file, `fr3_joint` or `panda_joint`.
+        joints: their names in the robot's file, from base to hand; those of an FR3 by default.
         real_time: whether the connection demands a kernel with real-time scheduling, as libfranka
             does by default.
 
@@ -28,10 +31,12 @@ class FrankaArm:
     """
 
     period = 1e-3
-    gravity = "robot"
+    gravity, real_time = "robot", True
     torque_rate = 1000.0
 
-    def __init__(self, address: str, prefix: str = "fr3_joint", *, real_time: bool = False):
+    def __init__(
+        self, address: str, joints: tuple[str, ...] = FR3_JOINTS, *, real_time: bool = False
+    ):
         try:
             import pylibfranka
         except ImportError as error:
@@ -40,7 +45,7 @@ class FrankaArm:
             ) from None
         self._library, self._address, self._real_time = pylibfranka, address, real_time
         self.name = f"franka {address}"
-        self.joints = tuple(f"{prefix}{k}" for k in range(1, 8))
+        self.joints = joints
         self._robot: Any = None
         self._control: Any = None
 
@@ -84,12 +89,10 @@ class FrankaArm:
             return
         last = self._library.Torques([0.0] * len(self.joints))
         last.motion_finished = True
-        try:
+        # A robot that has gone, or has stopped by itself, holds itself.
+        with contextlib.suppress(self._library.FrankaException):
             self._control.writeOnce(last)
-        except self._library.FrankaException as error:
-            raise self._error(error) from error
-        finally:
-            self._control = None
+        self._control = None
 
     def _error(self, error: Exception) -> RobotError:
         return RobotError(f"{self.name}: {' '.join(str(error).split())}")

@@ -40,7 +40,7 @@ class LcmArm:
         ConfigurationError: an unknown robot, or a period that is not positive.
     """
 
-    gravity = "robot"
+    gravity, real_time = "robot", True
     torque_rate = np.inf
 
     def __init__(

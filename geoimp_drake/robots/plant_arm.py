@@ -46,6 +46,7 @@ class PlantArm:
         self.joints = tuple(joint.name() for joint in joints)
         self._q = [joint.position_start() for joint in joints]
         self._v = [joint.velocity_start() for joint in joints]
+        self.real_time = False
         self.simulator = Simulator(diagram)
         self._context = plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self._actuation = plant.get_actuation_input_port(model_instance)

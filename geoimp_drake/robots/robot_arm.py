@@ -45,6 +45,7 @@ class RobotArm(Protocol):
         period: of a tick [s].
         gravity: who holds the arm's weight: `robot`, which adds it to the torques that it is given,
             or `controller`.
+        real_time: whether time passes at the robot while nothing is read or written.
         torque_rate: how fast the robot lets a torque change [Nm/s, N/s].
     """
 
@@ -52,6 +53,7 @@ class RobotArm(Protocol):
     joints: tuple[str, ...]
     period: float
     gravity: str
+    real_time: bool
     torque_rate: float
 
     def connect(self) -> RobotStatus | None:

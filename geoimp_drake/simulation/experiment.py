@@ -23,7 +23,15 @@ from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_contents
 from geoimp_drake.typing import Array
 
-__all__ = ["RUN_FILES", "RunResult", "cannot_start", "run_experiment", "versions"]
+__all__ = [
+    "RUN_FILES",
+    "RunResult",
+    "as_npz",
+    "cannot_start",
+    "run_experiment",
+    "versions",
+    "write_run",
+]
 
 RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html")  # besides figures
 
@@ -97,9 +105,34 @@ def run_experiment(
     if outcome.failure is not None and outcome.time == 0.0:
         raise cannot_start(outcome.failure)
     log = setup.recorder.collect(outcome.context)
-    claims = experiment.claims(log, scenario)
     replay = meshcat if html else None
-    result = RunResult(log, claims, [], outcome.failure)
+    return write_run(experiment, scenario, log, outcome.failure, out, figures, replay)
+
+
+def write_run(
+    experiment: Any,
+    scenario: Any,
+    log: dict[str, Array],
+    failure: Exception | None,
+    out: Path,
+    figures: bool = True,
+    replay: Meshcat | None = None,
+) -> RunResult:
+    """Judges and writes what a run left.
+
+    Args:
+        experiment: from the catalogue.
+        scenario: that was run.
+        log: of the run.
+        failure: what stopped it before its end, if anything did.
+        out: folder to write into; made if need be.
+        figures: draw the chapter's figures.
+        replay: that recorded the run, if one did.
+
+    Raises:
+        OutputError: some files could not be written, which are named; the others are there.
+    """
+    result = RunResult(log, experiment.claims(log, scenario), [], failure)
     result.files = write_files(out, _contents(experiment, scenario, result, figures, replay))
     return result
 
@@ -108,7 +141,7 @@ def _contents(
     experiment: Any, scenario: Any, result: RunResult, figures: bool, replay: Meshcat | None
 ) -> Iterator[tuple[str, bytes | str]]:
     """Yields the name and the content of each file of a run."""
-    yield "log.npz", _as_npz(result.log)
+    yield "log.npz", as_npz(result.log)
     yield "scenario.yaml", dump_scenario(scenario)
     yield "metrics.json", _metrics(scenario, result.claims, result.failure)
     if figures:
@@ -127,7 +160,8 @@ def cannot_start(failure: Exception) -> GeoimpError:
     return ConfigurationError(f"The simulation cannot start: {one_line(failure)}")
 
 
-def _as_npz(log: dict[str, Array]) -> bytes:
+def as_npz(log: dict[str, Array]) -> bytes:
+    """Returns the contents of a log's file."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **log)
     return buffer.getvalue()

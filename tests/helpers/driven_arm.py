@@ -101,7 +101,7 @@ class DrivenArm:
     ) -> DriveLog:
         """Drives the arm; `through` may stand between it and its driver."""
         robot = through(self.robot)
-        return Drive(robot, self.loop, self.motion(*segments), config).run(duration)
+        return Drive(robot, self.loop, config).run(self.motion(*segments), duration)
 
 
 class Between:

@@ -88,7 +88,7 @@ def test_what_is_felt_at_rest_is_tared():
     weight = -0.05 * plant.CalcGravityGeneralizedForces(context)
     assert abs(weight).max() > 5.0
     values = {**log.values, "torque": log.values["torque"] + weight}
-    heavy = DriveLog(values, log.ticks, log.computing)
+    heavy = DriveLog(values, {}, log.ticks, log.computing)
     plain, tared = (
         observed(arm, heavy, MomentumObserverConfig(gain=100.0, tare=tare))["wrench"][-1]
         for tare in (0.0, 0.4)
@@ -108,4 +108,4 @@ def test_what_it_cannot_use_is_named():
         MomentumObserver(arm.loop.model, MomentumObserverConfig(threshold=np.ones(5)))
     values = {**log.values, "torque": log.values["torque"] * np.nan}
     with pytest.raises(SignalError, match="observer:torque"):
-        observed(arm, DriveLog(values, log.ticks, log.computing), MomentumObserverConfig())
+        observed(arm, DriveLog(values, {}, log.ticks, log.computing), MomentumObserverConfig())

@@ -32,7 +32,7 @@ ALLOWED = {
     "controllers": ASSEMBLY,
     # Set-points alone: what follows them is a system.
     "motion_program": FOUNDATIONS | {"rotations", "arm", "motion_program"},
-    "robot_files": SYSTEMS | {"controllers", "robot_files"},
+    "robot_files": ASSEMBLY | {"robots", "robot_files"},
     "scenario": FOUNDATIONS | {"scenario"},
     # What runs a controller on a robot, as `simulation` does on a plant.
     "robots": ASSEMBLY | {"robots", "simulation"},

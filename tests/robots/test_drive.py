@@ -163,9 +163,10 @@ def test_an_error_leaves_the_arm_with_its_own_controller():
         drivers.append(Between(robot, disturb))
         return drivers[0]
 
-    with pytest.raises(RobotError, match="has gone"):
-        DrivenArm().drive(1.0, config=NOT_FELT, through=through)
+    log = DrivenArm().drive(1.0, config=NOT_FELT, through=through)
+    assert str(log.failure) == "the robot has gone"
     assert drivers[0].stopped == 1
+    assert len(log.values["t"]) == log.ticks == 598
 
 
 def test_robot_and_controller_must_fit():
@@ -179,8 +180,8 @@ def test_robot_and_controller_must_fit():
     for words, options in others.items():
         loop = ControlLoop(arm.plant, instance, E, **options)
         with pytest.raises(ConfigurationError, match=words):
-            Drive(arm.robot, loop, arm.motion())
+            Drive(arm.robot, loop)
     slow = ControlLoop(arm.plant, instance, E, gravity="robot", joints=arm.robot.joints)
     slow.period = 2e-3
     with pytest.raises(ConfigurationError, match=r"0.001 s.*0.002 s"):
-        Drive(arm.robot, slow, arm.motion())
+        Drive(arm.robot, slow)

@@ -1,0 +1,114 @@
+"""The arm of a scenario behind its own interface, in the place of the scenario's plant.
+
+```
+ robot: real, or the scenario's plant ──status──▶ Drive: controller, supervisor ──torques──▶ robot
+```
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.diagrams.setups.posture import start_posture
+from geoimp_drake.diagrams.setups.single_arm import add_single_arm
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robots.drive import Drive, DriveLog
+from geoimp_drake.robots.driver_config import DriverConfig
+from geoimp_drake.robots.plant_arm import PlantArm
+from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import check
+
+__all__ = ["ScenarioDrive", "simulated_robot"]
+
+
+def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") -> PlantArm:
+    """Returns the plant of a scenario as a robot, at the scenario's start posture.
+
+    Its wrist sensor gives the wrench, with the tool's inertial load removed as the plant moves.
+
+    Args:
+        scenario: its open fields are filled in.
+        gravity: who holds the arm's weight.
+    """
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlant(scenario.plant, builder)
+    E, joint = add_single_arm(plant, scenario)
+    arm = plant.GetModelInstanceByName(scenario.arm)
+    model = ControlModel.of_arm(plant, arm, E)
+    posture, X_WE = start_posture(model, scenario.start)
+    plant.SetDefaultPositions(arm, model.in_plant_order(posture))
+    config = replace(scenario.sensor, inertial_load="plant")
+    sensor = add_wrist_sensor(builder, plant, joint, E, config)
+    builder.ExportOutput(sensor.GetOutputPort("wrench"), "wrench")
+    if scenario.external is not None:
+        source = builder.AddNamedSystem(
+            "external_wrench", ExternalWrench(E, scenario.external, X_WE.rotation().matrix())
+        )
+        builder.Connect(source.get_output_port(), plant.get_applied_spatial_force_input_port())
+    return PlantArm(builder.Build(), plant, arm, gravity=gravity, wrench="wrench")
+
+
+class ScenarioDrive:
+    """A scenario with one arm, driven through the interface that it names.
+
+    D moves as in a run, from where the hand is when the arm is taken over.
+
+    Args:
+        scenario: is checked; the start posture is that of the robot.
+
+    Attributes:
+        robot: the driver.
+        loop: the controller.
+
+    Raises:
+        ConfigurationError: the scenario cannot be used, or does not fit its driver.
+    """
+
+    def __init__(self, scenario: SingleArmScenario):
+        check(scenario)
+        self._scenario = scenario
+        driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
+        plant = MultibodyPlant(scenario.plant.time_step)
+        E, _ = add_single_arm(plant, scenario)
+        arm = plant.GetModelInstanceByName(scenario.arm)
+        joints = ControlModel.of_arm(plant, arm, E).joint_names
+        self.robot: RobotArm = driver.make(joints, lambda: simulated_robot(scenario))
+        self.loop = ControlLoop(
+            plant, arm, E, scenario, gravity=self.robot.gravity, joints=self.robot.joints
+        )
+        self._duration = scenario.duration or sum(s.duration for s in scenario.segments)
+        if not self._duration:
+            raise ConfigurationError("There is no motion; give a duration.")
+
+        self._drive = Drive(self.robot, self.loop, driver.drive_config())
+
+    def look(self) -> tuple[RobotStatus, Array]:
+        """Returns a status and the torques that would be sent then; nothing is commanded."""
+        status = self._drive.look()
+        return status, self.loop.reset(status.q, status.v)
+
+    def run(self) -> DriveLog:
+        """Drives the arm; returns the log, whatever ended the drive."""
+        X_WE = self.loop.pose(self._drive.look().q)
+        motion = DesiredMotion(X_WE, self._scenario.segments)
+        return self._drive.run(motion, self._duration)
+
+    def log(self, driven: DriveLog) -> dict[str, Array]:
+        """Returns the log of a whole drive by the keys of a run's."""
+        rows, joints, arm = driven.whole, self.loop.joints, self._scenario.arm
+        pairs = zip(rows["q"], rows["v"], strict=True)
+        n, readings = len(joints.names), np.array([joints.reading(q, v) for q, v in pairs])
+        own = {name: rows[name] for name in ("wrench", "motion_D", "motion_C", "motion_E")}
+        own |= {"q": readings[:, :n], "v": readings[:, n:]}
+        own["u"] = np.array([joints.actuation(torque) for torque in rows["torque"]])
+        t = rows["t"][:, 0] - rows["t"][0, 0]
+        return {"t": t} | {f"{arm}/{name}": values for name, values in own.items()}

@@ -1,0 +1,77 @@
+"""What `geoimp drive` and `geoimp robot-sim` do."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, simulated_robot
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.output_folder import check_folder, write_files
+from geoimp_drake.robots.lcm_arm import LcmRobot
+from geoimp_drake.simulation.claims import format_claims
+from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
+
+__all__ = ["drive_robot", "look_at_robot", "simulate_robot"]
+
+_TICKS = "ticks.npz"
+
+
+def drive_robot(
+    experiment: Any, scenario: Any, out: Path, *, figures: bool
+) -> tuple[str, list[Path], Exception | None]:
+    """Drives the robot of a scenario; returns claims, files and what ended the drive early.
+
+    Args:
+        experiment: from the catalogue.
+        scenario: for it.
+        out: folder to write into; made if need be.
+        figures: draw the experiment's figures.
+    """
+    check_folder(out, [*RUN_FILES, _TICKS])
+    drive = ScenarioDrive(_single(scenario))
+    log = drive.run()
+    result = write_run(experiment, scenario, drive.log(log), log.failure, out, figures)
+    ticks = write_files(out, [(_TICKS, as_npz(log.values))])
+    late = f"{1e6 * np.median(log.computing):.0f} µs in the median"
+    said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {late}"
+    return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], log.failure
+
+
+def look_at_robot(scenario: Any) -> None:
+    """Prints where a robot is and which torques it would be sent; nothing is commanded."""
+    drive = ScenarioDrive(_single(scenario))
+    status, torque = drive.look()
+    X_WE = drive.loop.pose(status.q)
+    print(f"{drive.robot.name}: gravity is held by the {drive.robot.gravity}")
+    print(f"E at {np.round(X_WE.translation(), 4).tolist()} m in W")
+    limits = drive.loop.joints.effort_limits
+    for joint, q, v, tau, limit in zip(
+        drive.robot.joints, status.q, status.v, torque, limits, strict=True
+    ):
+        print(f"{joint:24} q {q:8.4f}  v {v:8.4f}  torque {tau:9.3f} of ±{limit:g}")
+
+
+def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
+    """Lets the arm of a scenario speak Drake's messages for the scenario's duration.
+
+    Args:
+        scenario: with one arm.
+        url: of LCM; empty for its own default.
+        in_step: wait for the answer to each status.
+    """
+    driver = _single(scenario).robot.driver
+    robot = simulated_robot(scenario, gravity="robot")
+    server = LcmRobot(robot, driver.messages, url or driver.url, driver.period, driver.channel)
+    duration = scenario.duration or sum(segment.duration for segment in scenario.segments)
+    server.run(duration, in_step=in_step)
+
+
+def _single(scenario: Any) -> Any:
+    if not isinstance(scenario, SingleArmScenario) or scenario.robot is None:
+        raise ConfigurationError(
+            "The scenario has no robot of its own; give robot.file, robot.end_effector and "
+            "robot.driver (`geoimp init --robot FILE` writes the first two)."
+        )
+    return scenario
