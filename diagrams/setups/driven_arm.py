@@ -77,7 +77,8 @@ class ScenarioDrive:
         check(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
-        plant = MultibodyPlant(scenario.plant.time_step)
+        # The damping of a real robot's joints is not a discrete plant's.
+        plant = MultibodyPlant(scenario.plant.time_step if driver.kind == "plant" else 0.0)
         E, _ = add_single_arm(plant, scenario)
         arm = plant.GetModelInstanceByName(scenario.arm)
         joints = ControlModel.of_arm(plant, arm, E).joint_names

@@ -15,12 +15,8 @@ from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice
 
-__all__ = ["GRAVITY", "ControlLoop"]
-
-# Who holds the arm's weight.
-GRAVITY = ("controller", "robot")
+__all__ = ["ControlLoop"]
 
 
 class ControlLoop:
@@ -63,7 +59,6 @@ class ControlLoop:
         joints: Sequence[str] | None = None,
         task_function: TaskFunction | None = None,
     ):
-        choice(gravity, "gravity", GRAVITY)
         config = config or ImpedanceControllerConfig()
         impedance, arm = controller_parts(
             plant,
@@ -71,7 +66,7 @@ class ControlLoop:
             end_effector_frame,
             config,
             task_function,
-            gravity=gravity == "controller",
+            gravity=gravity,
         )
         self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
         self.impedance = impedance

@@ -16,9 +16,12 @@ from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.task_functions.task_function import TaskFunction
-from geoimp_drake.validation import check
+from geoimp_drake.validation import check, choice
 
-__all__ = ["controller_parts", "make_impedance_controller"]
+__all__ = ["GRAVITY", "controller_parts", "make_impedance_controller"]
+
+# Who holds the arm's weight.
+GRAVITY = ("controller", "robot")
 
 
 def make_impedance_controller(
@@ -29,6 +32,7 @@ def make_impedance_controller(
     task_function: TaskFunction | None = None,
     *,
     sensor: WristSensor | None = None,
+    gravity: str = "controller",
 ) -> System:
     """Makes a six-DOF impedance controller for one arm of `plant`.
 
@@ -60,6 +64,7 @@ def make_impedance_controller(
         task_function: of a redundant arm, in the place of the configured one; also your own.
         sensor: of the wrist, from `wrist_sensor_at` on the real plant. With it the controller reads
             the plant's reaction forces itself; connect it by `connect_wrist_sensors`.
+        gravity: who holds the arm's weight, `controller`, or `robot` behind a driver that does.
 
     Returns:
         A system with these ports, named ARM_impedance_controller; a further one of this arm of the
@@ -90,7 +95,7 @@ def make_impedance_controller(
     """
     config = config or ImpedanceControllerConfig()
     impedance, arm = controller_parts(
-        plant, model_instance, end_effector_frame, config, task_function
+        plant, model_instance, end_effector_frame, config, task_function, gravity=gravity
     )
     sensors = None
     if sensor is not None:
@@ -111,7 +116,7 @@ def controller_parts(
     config: ImpedanceControllerConfig,
     task_function: TaskFunction | None,
     *,
-    gravity: bool = True,
+    gravity: str = "controller",
 ) -> tuple[Impedance, InnerLoopParts]:
     """Returns the parts of the blocks; arguments and errors are those of the controller.
 
@@ -121,10 +126,12 @@ def controller_parts(
         end_effector_frame: see there.
         config: see there.
         task_function: see there.
-        gravity: whether the torques hold the arm's weight.
+        gravity: see there.
     """
     check(config)
-    model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=gravity)
+    choice(gravity, "gravity", GRAVITY)
+    has_weight = gravity == "controller"
+    model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=has_weight)
     impedance = config.impedance.make()
     return impedance, InnerLoopParts.of(
         model, config.motion, config.sampling, config.redundancy, task_function

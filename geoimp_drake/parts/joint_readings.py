@@ -33,7 +33,7 @@ class Readings:
         self.period = period
         given = np.zeros(num_positions) if turns is None else turns
         turning = finite_vector(given, "turns", num_positions)
-        self._sampling = period, velocity == "differenced", turning
+        self._sampling = velocity == "differenced", turning
         self._law = compiled(next_reading)
         self.inputs = {"state": n}
         # The count is that of readings: none, the first, more.
@@ -51,7 +51,8 @@ class Readings:
     def sample(self, memory: Array, now: Now, port: str = "state") -> None:
         """Takes another reading; `port` is the name of the input."""
         state = now[port]
-        if not self._law(state, memory, *self._sampling, memory):
+        period = self.period if now.elapsed is None else now.elapsed
+        if not self._law(state, memory, period, *self._sampling, memory):
             check_signal(state, now.port(port))
 
     def held(self, memory: Array, now: Now, port: str = "state") -> Array:

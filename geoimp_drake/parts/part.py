@@ -76,6 +76,7 @@ class Now(Protocol):
         system: the name of the system, for messages.
         memory: a copy of the part's memory.
         state: a copy of the part's continuous state.
+        elapsed: time since the last sample [s], None for the period of the samples.
         found: what `find` has written.
         workspace: what `new_workspace` has made.
     """
@@ -91,6 +92,9 @@ class Now(Protocol):
 
     @property
     def state(self) -> Array: ...  # noqa: D102 - above
+
+    @property
+    def elapsed(self) -> float | None: ...  # noqa: D102 - above
 
     @property
     def found(self) -> Any: ...  # noqa: D102 - above

@@ -98,6 +98,7 @@ class PartLoop:
                 f"positive."
             )
         now = self._now
+        now.elapsed = elapsed
         self._take_in(readings)
         now.moved()
         for take in self._takes:
@@ -158,6 +159,7 @@ class _Tick:
         clock: Array,
     ):
         self.system, self.memory, self.state, self._clock = name, memory, state, clock
+        self.elapsed: float | None = None
         self._part, self._values = part, values
         self.given: set[str] = set()
         self.workspace = part.new_workspace() if isinstance(part, Works) else None

@@ -52,6 +52,11 @@ class Within(dict[str, Any]):
         return self._now.system + self._label
 
     @property
+    def elapsed(self) -> float | None:
+        """The time since the last sample [s], None for the period of the samples."""
+        return self._now.elapsed
+
+    @property
     def found(self) -> Any:
         """What the outer part has found."""
         return self._now.found

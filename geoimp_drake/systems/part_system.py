@@ -239,6 +239,8 @@ class _At:
 
     __slots__ = ("_context", "_system", "_values")
 
+    elapsed = None
+
     def __init__(self, system: PartSystem, context: Context):
         self._system, self._context, self._values = system, context, system._values
 

@@ -127,10 +127,18 @@ def test_lost_messages_are_made_up_for_by_the_time_that_passed():
         was.step(each, k)
         if k % 3 == 0:
             was.step(third, k, dt=3e-3)
-    C = [loop.output("compliant_motion") for loop in (each, third)]
+    C, v = (
+        [loop.output(name).copy() for loop in (each, third)]
+        for name in ("compliant_motion", "measured_motion")
+    )
     moved = np.linalg.norm(was.desired[1800, 4:7] - was.desired[0, 4:7])
     assert moved > 0.02
     np.testing.assert_allclose(C[1][:7], C[0][:7], rtol=0, atol=1e-2 * moved)
+    # Velocities are differences of positions, over the time between messages.
+    assert was.scenario.sampling.velocity == "differenced"
+    speed = np.linalg.norm(v[0][10:13])
+    assert speed > 0.01
+    np.testing.assert_allclose(v[1][10:13], v[0][10:13], rtol=0, atol=0.05 * speed)
 
 
 @pytest.mark.parametrize(
