@@ -17,7 +17,6 @@ from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
-from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robots.drive import Drive, DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
@@ -63,7 +62,7 @@ class ScenarioDrive:
     D moves as in a run, from where the hand is when the arm is taken over.
 
     Args:
-        scenario: is checked; the start posture is that of the robot.
+        scenario: is checked, its duration filled in; the start posture is that of the robot.
 
     Attributes:
         robot: the driver.
@@ -86,9 +85,8 @@ class ScenarioDrive:
         self.loop = ControlLoop(
             plant, arm, E, scenario, gravity=self.robot.gravity, joints=self.robot.joints
         )
-        self._duration = scenario.duration or sum(s.duration for s in scenario.segments)
-        if not self._duration:
-            raise ConfigurationError("There is no motion; give a duration.")
+        if scenario.duration is None:
+            scenario.duration = sum(segment.duration for segment in scenario.segments)
 
         self._drive = Drive(self.robot, self.loop, driver.drive_config())
 
@@ -101,7 +99,7 @@ class ScenarioDrive:
         """Drives the arm; returns the log, whatever ended the drive."""
         X_WE = self.loop.pose(self._drive.look().q)
         motion = DesiredMotion(X_WE, self._scenario.segments)
-        return self._drive.run(motion, self._duration)
+        return self._drive.run(motion, self._scenario.duration or 0.0)
 
     def log(self, driven: DriveLog) -> dict[str, Array]:
         """Returns the log of a whole drive by the keys of a run's."""

@@ -12,7 +12,14 @@ LAWS = FOUNDATIONS | {"rotations", "laws"}
 PARTS = LAWS | {"arm", "task_functions", "parts"}
 SYSTEMS = PARTS | {"systems"}
 ASSEMBLY = SYSTEMS | {"controllers"}
-RUNNING = ASSEMBLY | {"motion_program", "robot_files", "scenario", "simulation", "campaigns"}
+RUNNING = ASSEMBLY | {
+    "motion_program",
+    "robot_files",
+    "robots",
+    "scenario",
+    "simulation",
+    "campaigns",
+}
 
 # What each folder, or loose module, may import of the others, and of itself.
 ALLOWED = {
