@@ -99,6 +99,7 @@ class PartLoop:
             )
         now = self._now
         now.elapsed = elapsed
+        self.state[self._time] += elapsed
         self._take_in(readings)
         now.moved()
         for take in self._takes:
@@ -108,7 +109,6 @@ class PartLoop:
             self._part.rate(now, self._rate)
             self._flow += elapsed * self._rate
         self._take_in(targets)
-        self.state[self._time] += elapsed
         now.moved()
         self._begin()
 

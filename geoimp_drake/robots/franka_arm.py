@@ -26,6 +26,9 @@ class FrankaArm:
         real_time: whether the connection demands a kernel with real-time scheduling, as libfranka
             does by default.
 
+    Attributes:
+        success_rate: lowest share of commands that came in time, as the robot counts it.
+
     Raises:
         ConfigurationError: pylibfranka is not installed.
     """
@@ -43,9 +46,13 @@ class FrankaArm:
             raise ConfigurationError(
                 f"A Franka arm needs the package {error.name}: pip install 'geoimp-drake[franka]'."
             ) from None
+        # In Python these do not derive from FrankaException.
+        self._errors = tuple(
+            kind for name, kind in vars(pylibfranka).items() if name.endswith("Exception")
+        )
         self._library, self._address, self._real_time = pylibfranka, address, real_time
         self.name = f"franka {address}"
-        self.joints = joints
+        self.joints, self.success_rate = joints, 1.0
         self._robot: Any = None
         self._control: Any = None
 
@@ -58,29 +65,30 @@ class FrankaArm:
                     self._address, config.kEnforce if self._real_time else config.kIgnore
                 )
             return _status(self._robot.read_once())
-        except self._library.FrankaException as error:
+        except self._errors as error:
             raise self._error(error) from error
 
     def start(self) -> None:
         """See `RobotArm`."""
         try:
             self._control = self._robot.start_torque_control()
-        except self._library.FrankaException as error:
+        except self._errors as error:
             raise self._error(error) from error
 
     def read(self) -> RobotStatus:
         """See `RobotArm`; libfranka waits for the robot, and ends the connection by itself."""
         try:
             state, _ = self._control.readOnce()
-        except self._library.FrankaException as error:
+        except self._errors as error:
             raise self._error(error) from error
+        self.success_rate = min(self.success_rate, state.control_command_success_rate)
         return _status(state)
 
     def write(self, torque: Array) -> None:
         """See `RobotArm`."""
         try:
             self._control.writeOnce(self._library.Torques(torque.tolist()))
-        except self._library.FrankaException as error:
+        except self._errors as error:
             raise self._error(error) from error
 
     def stop(self) -> None:
@@ -90,9 +98,10 @@ class FrankaArm:
         last = self._library.Torques([0.0] * len(self.joints))
         last.motion_finished = True
         # A robot that has gone, or has stopped by itself, holds itself.
-        with contextlib.suppress(self._library.FrankaException):
+        with contextlib.suppress(*self._errors):
             self._control.writeOnce(last)
-        self._control = None
+        # The robot takes no second connection while there is this one.
+        self._control = self._robot = None
 
     def _error(self, error: Exception) -> RobotError:
         return RobotError(f"{self.name}: {' '.join(str(error).split())}")

@@ -1,6 +1,6 @@
 """A Franka arm that nobody here wrote, franky-sim, with a box below its hand; run as a program.
 
-It prints `ready`, and the box's contact force on the hand along W's z axis ten times a second.
+It prints `ready`, and ten times a second the force of the hand on the box along W's z axis.
 """
 
 import sys

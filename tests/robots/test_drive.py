@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -74,6 +75,24 @@ def test_too_many_lost_statuses_end_in_a_stop():
     assert modes(log)[1:] == [Mode.RUN, Mode.HOLD, Mode.BRAKE, Mode.STOPPED]
     assert log.ticks < 1300
     assert drivers[0].stopped == 1
+
+
+def test_a_robot_that_was_silent_is_braked_even_if_its_own_clock_stood_still(caplog):
+    def through(robot):
+        def disturb(count, status):
+            if count == 1000:
+                time.sleep(0.5)
+            return status
+
+        driver = Between(robot, disturb)
+        driver.real_time = True
+        return driver
+
+    patient = DriveConfig(wrench="none", supervisor=SupervisorConfig(hold=0.3))
+    log = DrivenArm().drive(3.0, MOVE, config=patient, through=through)
+    assert modes(log)[-2:] == [Mode.BRAKE, Mode.STOPPED]
+    assert log.ticks < 1200
+    assert "no valid reading for 5" in caplog.text
 
 
 @pytest.mark.parametrize(
