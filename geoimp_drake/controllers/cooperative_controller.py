@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.impedance_controller import GRAVITY
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
 from geoimp_drake.controllers.internal_gains import make_internal
 from geoimp_drake.controllers.object_loop import ObjectParts, add_object_loop
@@ -20,9 +21,9 @@ from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.task_functions.task_function import TaskFunction
-from geoimp_drake.validation import check
+from geoimp_drake.validation import check, choice
 
-__all__ = ["make_cooperative_controller"]
+__all__ = ["cooperative_parts", "make_cooperative_controller", "two_arms"]
 
 
 def make_cooperative_controller(
@@ -34,6 +35,7 @@ def make_cooperative_controller(
     loads: Sequence[ModelInstanceIndex] = (),
     task_functions: Sequence[TaskFunction | None] = (None, None),
     sensors: Sequence[WristSensor] = (),
+    gravity: str = "controller",
 ) -> System:
     """Makes a controller of two arms of `plant` that hold one object tightly.
 
@@ -73,6 +75,7 @@ def make_cooperative_controller(
         sensors: of both wrists, in the same order, from `wrist_sensor_at` on the real plant. With
             them the controller reads the plant's reaction forces itself; connect it by
             `connect_wrist_sensors`.
+        gravity: who holds the arms' weight, `controller`, or `robot` behind drivers that do.
 
     Returns:
         A system with these ports, named after both arms.
@@ -115,23 +118,17 @@ def make_cooperative_controller(
         ConfigurationError: the configuration cannot be used, or there are not two sensors.
     """
     config = config or CooperativeControllerConfig()
-    check(config)
     if sensors and len(sensors) != 2:
         raise ConfigurationError(f"There are {len(sensors)} sensors; give one per hand, or none.")
-    if len(task_functions) != 2:
-        raise ConfigurationError(
-            f"There are {len(task_functions)} task functions; give one for each of the two arms, "
-            f"None for the configured one."
-        )
-    models = _models(plant, model_instances, end_effector_frames, loads)
-    internal = make_internal(config, models) if config.internal.enabled else None
-    held = ObjectParts.of(config, plant.gravity_field().gravity_vector(), internal)
-    arms = [
-        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, task)
-        for model, redundancy, task in zip(
-            models, (config.redundancy_1, config.redundancy_2), task_functions, strict=True
-        )
-    ]
+    held, arms = cooperative_parts(
+        plant,
+        model_instances,
+        end_effector_frames,
+        config,
+        loads=loads,
+        task_functions=task_functions,
+        gravity=gravity,
+    )
     compiles = config.form == "compiled"
     wrists = None
     for sensor, E in zip(sensors, end_effector_frames, strict=bool(sensors)):
@@ -139,12 +136,57 @@ def make_cooperative_controller(
     if sensors:
         wrists = WristSensors(sensors, reference_is_held=compiles, all_of_them=False)
     if compiles:
-        loops = [arm.loop(k) for k, arm in enumerate(arms, 1)]
-        controller: System = make_compiled(TwoArms(held.held_object(), loops, wrists))
+        controller: System = make_compiled(two_arms(held, arms, wrists))
     else:
         controller = _of_blocks(held, arms, wrists)
     controller.set_name(name_after_arms(plant, model_instances, "cooperative_controller"))
     return controller
+
+
+def cooperative_parts(
+    plant: MultibodyPlant,
+    model_instances: Sequence[ModelInstanceIndex],
+    end_effector_frames: Sequence[Frame],
+    config: CooperativeControllerConfig,
+    *,
+    loads: Sequence[ModelInstanceIndex] = (),
+    task_functions: Sequence[TaskFunction | None] = (None, None),
+    gravity: str = "controller",
+) -> tuple[ObjectParts, list[InnerLoopParts]]:
+    """Returns the parts of the blocks; arguments and errors are those of the controller.
+
+    Args:
+        plant: this and the following six are those of `make_cooperative_controller`.
+        model_instances: see there.
+        end_effector_frames: see there.
+        config: see there.
+        loads: see there.
+        task_functions: see there.
+        gravity: see there.
+    """
+    check(config)
+    choice(gravity, "gravity", GRAVITY)
+    if len(task_functions) != 2:
+        raise ConfigurationError(
+            f"There are {len(task_functions)} task functions; give one for each of the two arms, "
+            f"None for the configured one."
+        )
+    models = _models(plant, model_instances, end_effector_frames, loads, gravity)
+    internal = make_internal(config, models) if config.internal.enabled else None
+    held = ObjectParts.of(config, plant.gravity_field().gravity_vector(), internal)
+    redundancies = config.redundancy_1, config.redundancy_2
+    return held, [
+        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, task)
+        for model, redundancy, task in zip(models, redundancies, task_functions, strict=True)
+    ]
+
+
+def two_arms(
+    held: ObjectParts, arms: Sequence[InnerLoopParts], wrists: WristSensors | None = None
+) -> TwoArms:
+    """Returns the one part with the laws of all blocks; arguments as for `TwoArms`."""
+    loops = [arm.loop(k) for k, arm in enumerate(arms, 1)]
+    return TwoArms(held.held_object(), loops, wrists)
 
 
 def _models(
@@ -152,6 +194,7 @@ def _models(
     model_instances: Sequence[ModelInstanceIndex],
     frames: Sequence[Frame],
     loads: Sequence[ModelInstanceIndex],
+    gravity: str,
 ) -> list[ControlModel]:
     if len(model_instances) != 2 or len(frames) != 2:
         raise ModelError(
@@ -163,7 +206,7 @@ def _models(
             f"Both arms are '{plant.GetModelInstanceName(model_instances[0])}'; give two."
         )
     return [
-        ControlModel.of_arm(plant, instance, E, without=loads)
+        ControlModel.of_arm(plant, instance, E, without=loads, gravity=gravity == "controller")
         for instance, E in zip(model_instances, frames, strict=True)
     ]
 

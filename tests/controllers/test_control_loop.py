@@ -1,37 +1,28 @@
 """The controller called by hand does what it does in a diagram, in the robot's order of joints."""
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, ModelInstanceIndex
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from recorded_controller import Signals, record
 
 from geoimp_drake.controllers.control_loop import ControlLoop
-from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-from geoimp_drake.diagrams.scene.cell import END_EFFECTOR
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.typing import Array
 
 TICKS = 2000
 
 
-@dataclass(frozen=True)
 class Recorded:
-    """What the controller in a diagram was given at each tick, and its torques."""
+    """The signals of one arm, and how they are given to a loop."""
 
-    plant: MultibodyPlant
-    arm: ModelInstanceIndex
-    E: Frame
-    scenario: Any
-    q: Array
-    v: Array
-    wrench: Array
-    desired: Array
-    torques: Array
+    def __init__(self, signals: Signals):
+        self.plant, self.scenario, self.desired = signals.plant, signals.scenario, signals.desired
+        self.arm = signals.plant.GetModelInstanceByName(signals.scenario.arm)
+        self.E = signals.frame(signals.scenario.arm)
+        self.q, self.v, self.wrench = signals.q[0], signals.v[0], signals.wrench[0]
+        self.torques = signals.torques[0]
 
     def loop(self, **options: Any) -> ControlLoop:
         return ControlLoop(self.plant, self.arm, self.E, self.scenario, **options)
@@ -46,32 +37,9 @@ class Recorded:
 
 @cache
 def recorded(name: str) -> Recorded:
-    """Runs the beginning of an experiment, in one system, while somebody pushes."""
-    experiment = get_experiment(name)
+    """Records one arm while somebody pushes."""
     push = {"force": [10.0, -8.0, 6.0], "moment": [0.5, 0.3, -0.4], "start": 0.2}
-    layer = {"form": "compiled", "external": push}
-    setup = experiment.build(experiment.scenario((layer,)), logged=False)
-    plant, scenario = setup.plant, setup.scenario
-    arm = plant.GetModelInstanceByName(scenario.arm)
-    controller = setup.diagram.GetSubsystemByName(f"{scenario.arm}_impedance_controller")
-    source = setup.diagram.GetSubsystemByName("desired_motion")
-    rows: list[list[Array]] = []
-
-    def monitor(context: Any) -> None:
-        own = controller.GetMyContextFromRoot(context)
-        ports = [controller.GetOutputPort(port).Eval(own) for port in ("wrench", "actuation")]
-        D = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
-        plant_context = plant.GetMyContextFromRoot(context)
-        q, v = plant.GetPositions(plant_context, arm), plant.GetVelocities(plant_context, arm)
-        rows.append([value.copy() for value in (q, v, ports[0], D, ports[1])])
-
-    simulator = Simulator(setup.diagram)
-    ApplySimulatorConfig(scenario.simulator, simulator)
-    simulator.set_monitor(monitor)
-    simulator.AdvanceTo(TICKS * 1e-3)
-    E = plant.GetFrameByName(END_EFFECTOR, plant.GetModelInstanceByName(f"{scenario.arm}_tool"))
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Recorded(plant, arm, E, scenario, *columns)
+    return Recorded(record(name, {"external": push}, ticks=TICKS))
 
 
 @pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
