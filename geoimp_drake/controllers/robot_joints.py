@@ -37,8 +37,9 @@ class RobotJoints:
             )
         self._model, self._place = model, np.array([own.index(name) for name in self.names])
         # Where they stand in a reading, and which actuators drive them.
-        self._reading = model.state_order[np.concatenate((self._place, n + self._place))]
-        self._actuators = np.argsort(model.actuation_order)[self._place]
+        order = model.state_order
+        self._q, self._v = _places(order[self._place]), _places(order[n + self._place])
+        self._actuators = _places(np.argsort(model.actuation_order)[self._place])
         self.effort_limits = model.effort_limits[self._place]
 
     def reading(self, q: Array, v: Array) -> Array:
@@ -58,13 +59,14 @@ class RobotJoints:
                 f"{n} joints: {', '.join(self.names)}."
             )
         reading = np.empty(2 * n)
-        reading[self._reading[:n]] = q
-        reading[self._reading[n:]] = v
+        reading[self._q] = q
+        reading[self._v] = v
         return reading
 
     def torques(self, actuation: Array) -> Array:
         """Returns torques (n) of the actuators in the robot's order."""
-        torques: Array = actuation[self._actuators]
+        torques = np.empty(len(self.names))
+        torques[:] = actuation[self._actuators]
         return torques
 
     def actuation(self, torques: Array) -> Array:
@@ -85,3 +87,9 @@ class RobotJoints:
         context = plant.CreateDefaultContext()
         plant.SetPositions(context, self.from_base(q))
         return self._model.end_effector.CalcPoseInWorld(context)
+
+
+def _places(indices: Array) -> Array | slice:
+    """Returns a slice in the place of indices that follow each other, which takes less time."""
+    first, n = int(indices[0]), len(indices)
+    return slice(first, first + n) if np.array_equal(indices, first + np.arange(n)) else indices

@@ -176,16 +176,16 @@ class InnerLoop:
             torque: requested, in the order of the actuators (n) [Nm, N].
             now: has the time and the system's name.
         """
-        system = now.system + self._label
         saturated = self._saturation.compare(memory[self.memory.peak], torque)
         if len(saturated):
-            self._saturation.report(saturated, torque, system, now.time)
-        self._null_space.check_gain(
-            memory[self.memory.posture],
-            lambda: self._arm(memory[self.memory.readings]),
-            system,
-            now.time,
-        )
+            self._saturation.report(saturated, torque, now.system + self._label, now.time)
+        if self._null_space.watch is not None:
+            self._null_space.check_gain(
+                memory[self.memory.posture],
+                lambda: self._arm(memory[self.memory.readings]),
+                now.system + self._label,
+                now.time,
+            )
 
     def _arm(self, readings: Array) -> ArmState:
         return self._dynamics.evaluate(None, readings[self.model.state_order])

@@ -1,5 +1,6 @@
 """A part called by hand, tick by tick, in the place of a simulator: its state is one array."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,12 @@ from geoimp_drake.validation import unknown_name
 
 __all__ = ["PartLoop"]
 
+# A tick this share of a period late is one of one period.
+_ROUNDING = 1e-6
+
+# The longest gap that is made up for, in periods.
+_MOST_STEPS = 1000
+
 
 class PartLoop:
     """Runs a part as a simulator with steps of explicit Euler runs its system.
@@ -30,6 +37,7 @@ class PartLoop:
     In a tick the part samples the new readings; its continuous state is integrated over the time
     since the tick before, with these readings and the old targets; its outputs follow from all of
     them. A simulator does the same: a discrete plant is read as it will be at the end of a step.
+    Lost ticks are made up for in steps of a period of the part's samples at most.
 
     Args:
         part: a whole controller; its inputs are vectors.
@@ -54,7 +62,9 @@ class PartLoop:
         self._now = _Tick(part, name, self._values, self._memory, self._flow, clock)
         self._rate = np.zeros(len(flow))
         self._is_flowing, self._begins = isinstance(part, Flows), isinstance(part, Begins)
-        self._takes = [take for _, take in part.samplings] if isinstance(part, Samples) else []
+        samplings = part.samplings if isinstance(part, Samples) else []
+        self._takes = [take for _, take in samplings]
+        self._longest = min((period for period, _ in samplings), default=np.inf)
 
     def reset(self, inputs: Mapping[str, Array], time: float = 0.0) -> None:
         """Starts the part on its inputs, as a simulator's initialization does.
@@ -90,7 +100,7 @@ class PartLoop:
             elapsed: time since the last tick [s].
 
         Raises:
-            SignalError: no time has passed, or an input is of another size.
+            SignalError: no time has passed or too much, or an input is of another size.
         """
         if not 0.0 < elapsed < np.inf:
             raise SignalError(
@@ -105,9 +115,7 @@ class PartLoop:
         for take in self._takes:
             take(self._memory, now)
         if self._is_flowing:
-            now.moved()
-            self._part.rate(now, self._rate)
-            self._flow += elapsed * self._rate
+            self._flow_on(elapsed)
         self._take_in(targets)
         now.moved()
         self._begin()
@@ -131,6 +139,20 @@ class PartLoop:
             ConfigurationError: there is no such output.
         """
         return self._now.output(name)
+
+    def _flow_on(self, elapsed: float) -> None:
+        """Integrates the state over the time since the last tick."""
+        steps = max(1, math.ceil(elapsed / self._longest - _ROUNDING))
+        if steps > _MOST_STEPS:
+            raise SignalError(
+                f"{self._now.system}: the time since the last tick is {elapsed:g} s; after more "
+                f"than {_MOST_STEPS * self._longest:g} s, reset."
+            )
+        for _ in range(steps):
+            self._now.moved()
+            self._part.rate(self._now, self._rate)
+            self._rate *= elapsed / steps
+            self._flow += self._rate
 
     def _begin(self) -> None:
         if self._begins:

@@ -28,6 +28,9 @@ __all__ = ["WRENCHES", "Drive", "DriveConfig", "DriveLog"]
 # Where the wrench at E comes from.
 WRENCHES = ("observer", "robot", "none")
 
+# Of a period: the supervisor's time never stands still.
+_LEAST = 0.1
+
 _NO, _YES = np.zeros(1), np.ones(1)
 
 
@@ -145,7 +148,8 @@ class Drive:
 
     def _begin(self, status: RobotStatus | None) -> None:
         status = _check_status(status, self._robot, self._loop)
-        self._last, self._clock, self._heard = status.time, 0.0, time.perf_counter()
+        self._last = self._now = status.time
+        self._clock, self._heard = 0.0, time.perf_counter()
         self._sent, self._stops = status.torque, False
         D = self._motion.evaluate(0.0)
         tau = self._loop.reset(status.q, status.v, None, D)
@@ -167,11 +171,13 @@ class Drive:
     def _tick(self, status: RobotStatus | None) -> None:
         begun = time.perf_counter()
         supervisor, loop = self._supervisor, self._loop
-        elapsed = self._robot.period
+        elapsed = passed = self._robot.period
         is_new = status is not None and status.time > self._last and _is_finite(status)
         readings = {"valid": _YES if is_new else _NO}
         if status is not None and is_new:
             elapsed, self._last = status.time - self._last, status.time
+            # Ticks without a status have counted already, also where it was only late.
+            passed = max(status.time - self._now, _LEAST * passed)
             readings |= {
                 "wrench": self._wrench(status, elapsed),
                 "measured_torque": status.torque,
@@ -180,9 +186,10 @@ class Drive:
             }
         self._note_silence(begun)
         if self._mode() in (Mode.RUN, Mode.HOLD):
-            self._clock += elapsed
+            self._clock += passed
+        self._now += passed
         readings["stop"] = _YES if self._stops or self._clock > self._duration else _NO
-        supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, elapsed)
+        supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, passed)
         if status is not None and is_new:
             D, h = supervisor.output("supervised_motion"), readings["wrench"]
             supervisor.feed({"torque": loop.step(status.q, status.v, h, D, elapsed)})

@@ -1,5 +1,6 @@
 """The controller called by hand does what it does in a diagram, in the robot's order of joints."""
 
+from copy import deepcopy
 from functools import cache
 from typing import Any
 
@@ -109,6 +110,23 @@ def test_lost_messages_are_made_up_for_by_the_time_that_passed():
     np.testing.assert_allclose(v[1][10:13], v[0][10:13], rtol=0, atol=0.05 * speed)
 
 
+def test_a_gap_longer_than_the_impedance_bears_is_made_up_for():
+    """M/D is 4.5 ms: one Euler step of 20 ms would multiply a velocity of C by −3.4."""
+    was = recorded("plexiglas")
+    config = deepcopy(was.scenario)
+    config.impedance.translation.mass = np.array(9.0)
+    config.impedance.translation.damping = np.array(2000.0)
+    loops = [ControlLoop(was.plant, was.arm, was.E, config) for _ in range(2)]
+    for loop in loops:
+        was.reset(loop)
+    for k in range(1, 1001):
+        was.step(loops[0], k)
+        if k % 20 == 0:
+            was.step(loops[1], k, dt=20e-3)
+    C, sparse = (loop.output("compliant_motion")[4:7] for loop in loops)
+    assert np.linalg.norm(C - sparse) < 3e-4
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
@@ -120,6 +138,7 @@ def test_lost_messages_are_made_up_for_by_the_time_that_passed():
         ),
         (lambda was, loop: was.step(loop, 1, dt=-1e-3), "-0.001 s"),
         (lambda was, loop: was.step(loop, 1, dt=float("nan")), "nan s"),
+        (lambda was, loop: was.step(loop, 1, dt=2.0), "after more than 1 s, reset"),
     ],
 )
 def test_a_signal_that_cannot_be_used_is_named(call, words):

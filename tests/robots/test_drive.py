@@ -61,6 +61,24 @@ def test_lost_statuses_are_bridged(lost):
     assert np.nanmax(distance(log, "motion_E", "motion_C")) < 1e-3
 
 
+def test_a_gap_of_20_ms_is_not_seen_on_the_arm():
+    """The torques of the gap's beginning are kept; C catches up in small steps."""
+
+    def disturb(count, status):
+        return None if 1000 <= count < 1019 else status
+
+    limits = SupervisorLimits(torque_rate=1000.0)
+    config = DriveConfig(wrench="none", supervisor=SupervisorConfig(limits=limits))
+    arm = DrivenArm("light7")
+    log = arm.drive(1.2, MOVE, config=config, through=lambda robot: Between(robot, disturb))
+    assert modes(log)[1:4] == [Mode.RUN, Mode.HOLD, Mode.RUN]
+    gap = np.flatnonzero(log.values["mode"][:, 0] == Mode.HOLD)
+    after = np.arange(gap[-1] + 1, gap[-1] + 400)
+    assert np.linalg.norm(log.values["motion_D"][gap[0], LINEAR_VELOCITY]) > 0.05
+    assert distance(log, "motion_E", "motion_C")[after].max() <= 5e-5
+    assert np.abs(np.diff(log.values["torque"][gap[0] : after[-1]], axis=0)).max() <= 1.0 + 1e-9
+
+
 def test_too_many_lost_statuses_end_in_a_stop():
     arm, drivers = DrivenArm(), []
 
