@@ -279,12 +279,15 @@ def _status(failures: Mapping[str, Exception | str]) -> int:
 
 
 def bench(options: argparse.Namespace) -> int:
-    """Times the closed loop against the bare plant. Returns the exit status."""
+    """Times the closed loop against the bare plant, or a tick. Returns the exit status."""
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.diagrams.setups.bench_tick import run_tick_bench
     from geoimp_drake.output_folder import check_file, write_file
     from geoimp_drake.simulation.bench import BenchCase, run_bench
     from geoimp_drake.validation import choice
 
+    if options.tick and (options.only or options.compare):
+        raise ConfigurationError("--tick has no cases; leave out --only and --compare.")
     for name in options.only or ():
         choice(name, "case", BENCH_CASES)
     cases = [
@@ -294,7 +297,7 @@ def bench(options: argparse.Namespace) -> int:
     ]
     if options.json is not None:
         check_file(options.json)
-    table, timings = run_bench(cases, options.compare)
+    table, timings = run_tick_bench() if options.tick else run_bench(cases, options.compare)
     print(table)
     if options.json is not None:
         write_file(options.json, timings)

@@ -89,6 +89,9 @@ def make_parser() -> argparse.ArgumentParser:
     bench.add_argument(
         "--compare", type=Path, metavar="FILE", help="show what got slower since FILE was written"
     )
+    bench.add_argument(
+        "--tick", action="store_true", help="time a tick on a robot instead, beside pinocchio's"
+    )
     bench.set_defaults(command=commands.bench)
     return parser
 

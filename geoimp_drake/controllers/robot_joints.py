@@ -39,7 +39,7 @@ class RobotJoints:
         # Where they stand in a reading, and which actuators drive them.
         order = model.state_order
         self._q, self._v = _places(order[self._place]), _places(order[n + self._place])
-        self._actuators = _places(np.argsort(model.actuation_order)[self._place])
+        self._actuators = np.argsort(model.actuation_order)[self._place]
         self.effort_limits = model.effort_limits[self._place]
 
     def reading(self, q: Array, v: Array) -> Array:
@@ -65,8 +65,7 @@ class RobotJoints:
 
     def torques(self, actuation: Array) -> Array:
         """Returns torques (n) of the actuators in the robot's order."""
-        torques = np.empty(len(self.names))
-        torques[:] = actuation[self._actuators]
+        torques: Array = actuation[self._actuators]
         return torques
 
     def actuation(self, torques: Array) -> Array:

@@ -66,6 +66,7 @@ class ImpedanceController:
         self._sensed = slice(0)
         if sensor is not None:
             self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
+        self._count = self.memory.arm.start + loop.count
         self._last = nested(self.memory.impedance, impedance.memory.last)
         self.samplings = [(loop.readings.period, self._read)]
         if sensor is not None:
@@ -146,7 +147,8 @@ class ImpedanceController:
 
     def _remembered(self, now: Now) -> Array:
         memory = now.memory
-        self._loop.pass_through(memory[self.memory.arm], now)
+        if not memory[self._count]:
+            self._loop.pass_through(memory[self.memory.arm], now)
         return memory
 
     def _of_sensor(self, now: Now) -> Within:

@@ -47,6 +47,7 @@ class InnerLoop:
         readings: how the joints are read.
         is_redundant: whether it has more than six joints.
         memory: what has been read, the posture at the start, the largest torques.
+        count: place in the memory that is zero until there has been a reading.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class InnerLoop:
         self.memory = Memory(
             readings=readings.memory, posture=null_space.memory, peak=self._saturation.memory
         )
+        self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
         self._law: Callable[..., bool] = compiled(
             redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
@@ -93,7 +95,7 @@ class InnerLoop:
 
     def has_reading(self, memory: Array) -> bool:
         """Whether there has been a reading."""
-        return bool(memory[self.memory.readings][self.readings.memory.count])
+        return bool(memory[self.count])
 
     def pass_through(self, memory: Array, now: Now) -> Array:
         """Returns a memory with a reading: before the first one, that of the port.

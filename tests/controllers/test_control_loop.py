@@ -1,5 +1,6 @@
 """The controller called by hand does what it does in a diagram, in the robot's order of joints."""
 
+import tracemalloc
 from copy import deepcopy
 from functools import cache
 from typing import Any
@@ -62,6 +63,27 @@ def test_a_saved_state_continues_to_the_bit():
     again.state[:] = loop.state.copy()
     for k in range(100, 200):
         np.testing.assert_array_equal(was.step(again, k), was.step(loop, k))
+
+
+def test_memory_does_not_grow_from_tick_to_tick():
+    was = recorded("plexiglas")
+    loop = was.loop()
+    was.reset(loop)
+    for k in range(1, 200):
+        was.step(loop, k)
+    tracemalloc.start()
+    try:
+        was.step(loop, 200)
+        before, _ = tracemalloc.get_traced_memory()
+        tracemalloc.reset_peak()
+        for _ in range(10_000):
+            was.step(loop, 200)
+        after, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # A tick's own small arrays come and go; no more than those are there at any time.
+    assert after - before < 1000
+    assert peak - before < 10_000
 
 
 def test_joints_may_be_in_the_robots_own_order():
