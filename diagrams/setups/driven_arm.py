@@ -17,7 +17,8 @@ from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
-from geoimp_drake.robots.drive import Drive, DriveLog
+from geoimp_drake.robots.drive import Drive
+from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus

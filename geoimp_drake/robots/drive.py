@@ -14,16 +14,17 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.laws.compositions.momentum_observation import external_wrench
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, is_finite
+from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.parts.supervisor import Mode, Supervisor, SupervisorConfig
+from geoimp_drake.robots.drive_log import DriveLog, TickLog
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, key, positive
 
-__all__ = ["WRENCHES", "Drive", "DriveConfig", "DriveLog"]
+__all__ = ["WRENCHES", "Drive", "DriveConfig"]
 
 # Where the wrench at E comes from.
 WRENCHES = ("observer", "robot", "none")
@@ -59,25 +60,6 @@ class DriveConfig:
             choice(self.wrench, key(name, "wrench"), WRENCHES)
         positive(self.keep, key(name, "keep"), "s")
         positive(self.log_period, key(name, "log_period"), "s")
-
-
-@dataclass
-class DriveLog:
-    """What was logged of a drive: t, q, v, torque, wrench, mode and motions, a row a tick.
-
-    Attributes:
-        values: of the last ticks.
-        whole: of the whole drive, a row each log period.
-        ticks: how many there were in all.
-        computing: from a status to its torques, of the last ticks [s].
-        failure: what ended the drive, if the supervisor did not.
-    """
-
-    values: dict[str, Array]
-    whole: dict[str, Array]
-    ticks: int
-    computing: Array
-    failure: Exception | None = None
 
 
 class Drive:
@@ -128,7 +110,9 @@ class Drive:
             RobotError: the robot does not answer.
         """
         self._motion, self._duration = motion, duration
-        self._log = _Log(self._config, self._robot.period, len(self._robot.joints))
+        config = self._config
+        times = config.keep, config.log_period, self._robot.period
+        self._log = TickLog(*times, len(self._robot.joints))
         self.look()
         self._robot.start()
         failure = None
@@ -255,35 +239,6 @@ class Drive:
             yield
         finally:
             signal.signal(signal.SIGINT, before)
-
-
-class _Log:
-    """The last ticks, in arrays that are made once, and the whole drive more coarsely."""
-
-    def __init__(self, config: DriveConfig, period: float, n: int):
-        size = round(config.keep / period)
-        widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
-        widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
-        self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
-        self._coarse: dict[str, list[Array]] = {name: [] for name in widths}
-        self._every = max(1, round(config.log_period / period))
-        self._computing, self._count = np.zeros(size), 0
-
-    def append(self, values: dict[str, Any], computing: float) -> None:
-        place = self._count % len(self._computing)
-        for name, rows in self._rows.items():
-            rows[place] = values.get(name, np.nan)
-            if self._count % self._every == 0:
-                self._coarse[name].append(rows[place].copy())
-        self._computing[place] = computing
-        self._count += 1
-
-    def read(self) -> DriveLog:
-        size = len(self._computing)
-        kept = np.arange(max(0, self._count - size), self._count) % size
-        rows = {name: rows[kept] for name, rows in self._rows.items()}
-        whole = {name: np.array(rows) for name, rows in self._coarse.items()}
-        return DriveLog(rows, whole, self._count, self._computing[kept])
 
 
 def _supervisor_of(robot: RobotArm, loop: ControlLoop, config: SupervisorConfig) -> Supervisor:

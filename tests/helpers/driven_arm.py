@@ -16,7 +16,8 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.models import model_path
 from geoimp_drake.robot_files.loading import load_robot
-from geoimp_drake.robots.drive import Drive, DriveConfig, DriveLog
+from geoimp_drake.robots.drive import Drive, DriveConfig
+from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotStatus
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment

@@ -9,7 +9,8 @@ from driven_arm import DrivenArm
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
-from geoimp_drake.robots.drive import DriveConfig, DriveLog
+from geoimp_drake.robots.drive import DriveConfig
+from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 

@@ -13,7 +13,8 @@ from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import LINEAR_VELOCITY, POSITION
 from geoimp_drake.parts.supervisor import Mode, SupervisorConfig, SupervisorLimits
-from geoimp_drake.robots.drive import Drive, DriveConfig, DriveLog
+from geoimp_drake.robots.drive import Drive, DriveConfig
+from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.robot_arm import RobotError
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp

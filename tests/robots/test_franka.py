@@ -21,7 +21,8 @@ from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.laws.frame_motion import POSITION
 from geoimp_drake.parts.supervisor import SupervisorConfig
 from geoimp_drake.robot_files.loading import load_robot
-from geoimp_drake.robots.drive import Drive, DriveConfig, DriveLog
+from geoimp_drake.robots.drive import Drive, DriveConfig
+from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.franka_arm import FR3_JOINTS, FrankaArm
 from geoimp_drake.robots.robot_arm import RobotError
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment

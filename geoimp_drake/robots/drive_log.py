@@ -1,0 +1,68 @@
+"""What is logged of a drive."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.typing import Array
+
+__all__ = ["DriveLog", "TickLog"]
+
+
+@dataclass
+class DriveLog:
+    """What was logged of a drive: t, q, v, torque, wrench, mode and motions, a row a tick.
+
+    Attributes:
+        values: of the last ticks.
+        whole: of the whole drive, a row each log period.
+        ticks: how many there were in all.
+        computing: from a status to its torques, of the last ticks [s].
+        failure: what ended the drive, if the supervisor did not.
+    """
+
+    values: dict[str, Array]
+    whole: dict[str, Array]
+    ticks: int
+    computing: Array
+    failure: Exception | None = None
+
+
+class TickLog:
+    """The last ticks, in arrays that are made once, and the whole drive more coarsely.
+
+    Args:
+        keep: time whose every tick is kept [s].
+        log_period: of the rows of the whole drive [s].
+        period: of a tick [s].
+        n: how many joints there are.
+    """
+
+    def __init__(self, keep: float, log_period: float, period: float, n: int):
+        size = round(keep / period)
+        widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
+        widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
+        self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
+        self._coarse: dict[str, list[Array]] = {name: [] for name in widths}
+        self._every = max(1, round(log_period / period))
+        self._computing, self._count = np.zeros(size), 0
+
+    def append(self, values: dict[str, Any], computing: float) -> None:
+        """Keeps a tick: values by name, NaN for what is not given, and the time it took [s]."""
+        place = self._count % len(self._computing)
+        for name, rows in self._rows.items():
+            rows[place] = values.get(name, np.nan)
+            if self._count % self._every == 0:
+                self._coarse[name].append(rows[place].copy())
+        self._computing[place] = computing
+        self._count += 1
+
+    def read(self) -> DriveLog:
+        """Returns what is kept."""
+        size = len(self._computing)
+        kept = np.arange(max(0, self._count - size), self._count) % size
+        rows = {name: rows[kept] for name, rows in self._rows.items()}
+        whole = {name: np.array(rows) for name, rows in self._coarse.items()}
+        return DriveLog(rows, whole, self._count, self._computing[kept])
