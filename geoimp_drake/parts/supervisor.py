@@ -14,7 +14,6 @@ from geoimp_drake.laws.frame_motion import (
     LINEAR_VELOCITY,
     POSITION,
     QUATERNION,
-    VELOCITY,
     is_finite,
 )
 from geoimp_drake.laws.smooth_rest import smooth_step
@@ -205,11 +204,7 @@ class Supervisor:
         yield "tracking", "m", _norm(C[POSITION] - E[POSITION])
         yield "tracking_turn", "rad", _angle(C[QUATERNION], E[QUATERNION])
         yield "torque", "of the limit", float(np.max(np.abs(torque) / self._effort_limits))
-        if last.any():
-            yield "desired_step", "m", _norm(D[POSITION] - last[POSITION])
-            yield "desired_step", "rad", _angle(D[QUATERNION], last[QUATERNION])
-            yield "desired_speed_step", "m/s", _norm(D[LINEAR_VELOCITY] - last[LINEAR_VELOCITY])
-            yield "desired_speed_step", "rad/s", _norm(D[VELOCITY][:3] - last[VELOCITY][:3])
+        yield from _steps(D, last)
 
     def _change(self, mode: Mode, after: Mode, reason: str, memory: Array, now: Now) -> None:
         places = self.memory
@@ -229,11 +224,18 @@ class Supervisor:
         memory = now.memory if memory is None else memory
         elapsed = now.time - memory[self.memory.since]
         if memory[self.memory.mode] < Mode.BRAKE:
-            motion[:] = now["desired_motion"]
+            D, last = now["desired_motion"], memory[self.memory.desired]
+            # What jumps is not handed on, not even for the tick after which it is braked.
+            is_under_way = memory[self.memory.mode] > Mode.INIT
+            motion[:] = last if is_under_way and self._jumps(D, last) else D
         else:
             is_braking = memory[self.memory.mode] == Mode.BRAKE
             time = elapsed if is_braking else self._config.brake
             motion[:] = braked_motion(time, self._config.brake, memory[self.memory.held])
+
+    def _jumps(self, D: Array, last: Array) -> bool:
+        limits = self._config.limits
+        return any(not value <= getattr(limits, name) for name, _, value in _steps(D, last))
 
     def _write_torque(self, now: Now, torque: Array, memory: Array | None = None) -> None:
         """Writes what is sent: the torques that are asked, as far as mode and limits allow."""
@@ -251,6 +253,15 @@ class Supervisor:
             change = self._config.limits.torque_rate * self._period
             wanted = np.clip(wanted, sent - change, sent + change)
         torque[:] = wanted
+
+
+def _steps(D: Array, last: Array) -> Iterator[tuple[str, str, float]]:
+    """Yields how far D moves from one tick to the next, nothing at the first."""
+    if last.any():
+        yield "desired_step", "m", _norm(D[POSITION] - last[POSITION])
+        yield "desired_step", "rad", _angle(D[QUATERNION], last[QUATERNION])
+        yield "desired_speed_step", "m/s", _norm(D[LINEAR_VELOCITY] - last[LINEAR_VELOCITY])
+        yield "desired_speed_step", "rad/s", _norm(D[ANGULAR_VELOCITY] - last[ANGULAR_VELOCITY])
 
 
 def _norm(vector: Array) -> float:
