@@ -5,6 +5,7 @@
 ```
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,17 +18,22 @@ from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad
 from geoimp_drake.robots.drive import Drive
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus
+from geoimp_drake.robots.tare import identify_payload, read_at_rest, tare_postures
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check
 
-__all__ = ["ScenarioDrive", "simulated_robot"]
+__all__ = ["ScenarioDrive", "payload_of", "simulated_robot"]
+
+# Statuses of which a posture's mean is taken.
+_SAMPLES = 100
 
 
 def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") -> PlantArm:
@@ -55,6 +61,47 @@ def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") ->
         )
         builder.Connect(source.get_output_port(), plant.get_applied_spatial_force_input_port())
     return PlantArm(builder.Build(), plant, arm, gravity=gravity, wrench="wrench")
+
+
+def payload_of(
+    scenario: SingleArmScenario, count: int, wait: Callable[[int], None]
+) -> tuple[IdentifiedLoad, tuple[str, ...]]:
+    """Returns what hangs on the arm of a scenario beyond its robot's file, and the joints' names.
+
+    Nothing is commanded to a real robot: it is moved by hand. The scenario's plant is put into each
+    posture, without surface and push.
+
+    Args:
+        scenario: with a robot of its own.
+        count: of postures.
+        wait: returns when the robot rests in a posture, whose number it gets.
+
+    Raises:
+        RobotError: the robot does not answer, moves, or reports no external torques.
+        ConfigurationError: the postures are too alike.
+    """
+    check(scenario)
+    assert scenario.robot is not None
+    alone = replace(scenario, surface=None, external=None)
+    bare, plant = replace(alone, robot=replace(scenario.robot, payload=None)), MultibodyPlant(0.0)
+    E, _ = add_single_arm(plant, bare)
+    model = ControlModel.of_arm(plant, plant.GetModelInstanceByName(scenario.arm), E)
+    driver = scenario.robot.driver
+    readings = []
+    if driver.kind == "plant":
+        first, _ = start_posture(model, scenario.start)
+        for q in tare_postures(model, first, count):
+            start = replace(scenario.start, posture=q.tolist())
+            robot: RobotArm = simulated_robot(replace(alone, start=start))
+            robot.connect()
+            readings.append(read_at_rest(robot, model, _SAMPLES))
+    else:
+        robot = driver.make(model.joint_names, lambda: simulated_robot(alone))
+        for number in range(1, count + 1):
+            wait(number)
+            robot.connect()
+            readings.append(read_at_rest(robot, model, _SAMPLES))
+    return identify_payload(robot, model, readings), model.joint_names
 
 
 class ScenarioDrive:

@@ -24,6 +24,7 @@ __all__ = [
     "robot_sim",
     "run",
     "sweep",
+    "tare",
 ]
 
 SUCCESS, FAILURE, UNUSABLE = 0, 1, 2  # exit status
@@ -174,6 +175,17 @@ def robot_sim(options: argparse.Namespace) -> int:
     experiment = get_experiment(_named_in(options.scenario))
     scenario = _scenario(experiment, options, None, None)
     simulate_robot(scenario, options.lcm, in_step=options.in_step)
+    return SUCCESS
+
+
+def tare(options: argparse.Namespace) -> int:
+    """Finds what hangs on the arm of a scenario. Returns the exit status."""
+    from geoimp_drake.cli.driving import tare_robot
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+
+    options.duration = None
+    experiment = get_experiment(_named_in(options.scenario))
+    tare_robot(_scenario(experiment, options, None, None), options.postures)
     return SUCCESS
 
 

@@ -5,17 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, simulated_robot
+from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, payload_of, simulated_robot
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.robots.lcm_arm import LcmRobot
 from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
+from geoimp_drake.validation import whole_number
 
-__all__ = ["drive_robot", "look_at_robot", "simulate_robot"]
+__all__ = ["drive_robot", "look_at_robot", "simulate_robot", "tare_robot"]
 
 _TICKS = "ticks.npz"
+
+# What weighs less counts as nothing [kg].
+_NO_LOAD = 5e-3
 
 
 def drive_robot(
@@ -66,6 +70,36 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
     server = LcmRobot(robot, driver.messages, url or driver.url, driver.period, driver.channel)
     duration = scenario.duration or sum(segment.duration for segment in scenario.segments)
     server.run(duration, in_step=in_step)
+
+
+def tare_robot(scenario: Any, postures: int) -> None:
+    """Prints what hangs on the arm of a scenario beyond its robot's file.
+
+    Args:
+        scenario: with one arm.
+        postures: how many; a real robot is moved to each by hand.
+    """
+    whole_number(postures, "--postures", 2, 100)
+    load, joints = payload_of(_single(scenario), postures, _wait_for_posture)
+    print(
+        f"mass {load.mass:.4f} kg, centre {np.round(1e3 * load.centre_of_mass, 2).tolist()} mm in E"
+    )
+    biases = ", ".join(f"{joint} {b:.3f}" for joint, b in zip(joints, load.bias, strict=True))
+    print(f"bias of the joints [Nm, N]: {biases}")
+    print(f"condition {load.condition:.1f}, left over {load.left_over[0]:.2g} Nm")
+    if load.mass > _NO_LOAD:
+        centre = ", ".join(f"{x:.5f}" for x in load.centre_of_mass)
+        print("for the scenario:")
+        print(f"robot:\n  payload: {{ mass: {load.mass:.4f}, centre_of_mass: [{centre}] }}")
+
+
+def _wait_for_posture(number: int) -> None:
+    try:
+        input(f"posture {number}: move the arm there by hand, let it rest, press Enter ")
+    except EOFError:
+        raise ConfigurationError(
+            "geoimp tare waits for Enter in each posture; run it in a terminal."
+        ) from None
 
 
 def _single(scenario: Any) -> Any:

@@ -124,6 +124,17 @@ def _add_robot_commands(subparsers: Any) -> None:
     )
     _add_drive_options(robot_sim)
     robot_sim.set_defaults(command=commands.robot_sim)
+    tare = subparsers.add_parser(
+        "tare",
+        help="find mass and centre of what hangs on the robot of a scenario",
+        description="Reads the joints' external torques at rest in some postures and prints the "
+        "load that explains them, beyond the robot's file, with the lines for the scenario. A real "
+        "robot is moved to each posture by hand; nothing is commanded.",
+    )
+    tare.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
+    tare.add_argument("--postures", type=int, default=8, metavar="N", help="how many (8)")
+    _add_overrides(tare)
+    tare.set_defaults(command=commands.tare)
 
 
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:

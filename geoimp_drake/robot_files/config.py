@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, RotationalInertia, SpatialInertia
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.geometry import GEOMETRY
@@ -14,11 +15,31 @@ from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import PATH, check, choice, finite_vector, key
+from geoimp_drake.validation import PATH, check, choice, finite_vector, key, positive
 
-__all__ = ["RobotConfig"]
+__all__ = ["PayloadConfig", "RobotConfig"]
 
 _POSES = ("offset_position", "offset_attitude_deg", "base_position", "base_attitude_deg")
+
+
+@dataclass
+class PayloadConfig:
+    """What hangs on the end effector and is not in the robot's file; `geoimp tare` finds it."""
+
+    mass: float = 1.0  # [kg]
+    centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # in E [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        positive(self.mass, key(name, "mass"), "kg")
+        finite_vector(self.centre_of_mass, key(name, "centre_of_mass"), 3)
+
+    def add(self, plant: MultibodyPlant, E: Frame) -> None:
+        """Welds a point mass to E, in the model instance of E's body."""
+        point = RotationalInertia(0.0, 0.0, 0.0)
+        inertia = SpatialInertia.MakeFromCentralInertia(self.mass, self.centre_of_mass, point)
+        body = plant.AddRigidBody("payload", E.body().model_instance(), inertia)
+        plant.WeldFrames(E, body.body_frame())
 
 
 @dataclass
@@ -36,6 +57,7 @@ class RobotConfig:
     inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
+    payload: PayloadConfig | None = None  # on E, not in the file
     driver: DriverConfig = field(default_factory=DriverConfig)  # for `geoimp drive`
 
     def validate(self, name: str) -> None:
@@ -70,7 +92,7 @@ class RobotConfig:
         """
         check(self, "robot")
         start = folder or Path()
-        return load_robot(
+        robot = load_robot(
             start / Path(self.file).expanduser(),
             plant,
             end_effector=self.end_effector,
@@ -82,6 +104,9 @@ class RobotConfig:
             geometry=self.geometry,
             inertia=self.inertia,
         )
+        if self.payload is not None:
+            self.payload.add(plant, robot.end_effector_frame)
+        return robot
 
 
 def _pose(position: Array, attitude_deg: Array) -> RigidTransform:

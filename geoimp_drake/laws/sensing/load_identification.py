@@ -5,7 +5,8 @@ about the sensor's origin, and b. With the acceleration a of that origin, in the
 
     f = m (a − g) + ω̇ × m c + ω × (ω × m c) + b_f,   μ = m c × (a − g) + I ω̇ + ω × I ω + b_μ,
 
-which is `sensed_wrench.load_of_tool` about another point. Least squares give them.
+which is `sensed_wrench.load_of_tool` about another point. Least squares give them. At rest joints
+feel τ_ext = −Jᵀ[μ; f] + b with a bias b of each, by which they show a load, too.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,13 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.rotations.so3 import skew
 from geoimp_drake.typing import Array
 
-__all__ = ["WORST_CONDITION", "IdentifiedLoad", "identify_load", "load_regressor"]
+__all__ = [
+    "WORST_CONDITION",
+    "IdentifiedLoad",
+    "identify_load",
+    "identify_load_from_joints",
+    "load_regressor",
+]
 
 # Beyond this condition number the postures are too alike: six that are tilted by 15° have 11, by
 # 5° 32.
@@ -33,10 +40,11 @@ class IdentifiedLoad:
     Attributes:
         mass: [kg].
         centre_of_mass: c in S (3) [m].
-        bias: the reading without any load, [moment; force] in S (6) [Nm, N].
+        bias: the reading without any load, [moment; force] in S (6) [Nm, N], or of the joints (n).
         inertia: about the centre of mass, in S (3, 3) [kg m²]; zero if there was no motion.
         condition: number of the least squares, with columns of unit norm.
-        left_over: largest |moment| and |force| that load and bias do not explain [Nm, N].
+        left_over: largest |moment| and |force| that load and bias do not explain [Nm, N], or
+            largest torque of a joint.
     """
 
     mass: float
@@ -44,7 +52,7 @@ class IdentifiedLoad:
     bias: Array
     inertia: Array
     condition: float
-    left_over: tuple[float, float]
+    left_over: tuple[float, ...]
 
 
 def load_regressor(R_WS: Array, w: Array, dw: Array, a: Array, gravity: Array) -> Array:
@@ -95,18 +103,61 @@ def identify_load(
     columns = slice(None) if motions else _STATIC
     Y = np.vstack([load_regressor(R, *motion, gravity)[:, columns] for R, motion in each])
     y = np.concatenate([np.asarray(reading, dtype=float) for reading in readings])
+    advice = (
+        f"Tilt the hand by 60° in six directions{', and turn it about all axes' if motions else ''}"
+    )
+    numbers = np.zeros(16)
+    numbers[columns], condition = _least_squares(Y, y, len(readings), advice)
+    rest_of = (y - Y @ numbers[columns]).reshape(-1, 6)
+    return _load(numbers, condition, rest_of, with_inertia=motions is not None)
+
+
+def identify_load_from_joints(
+    torques: Sequence[Array],
+    jacobians: Sequence[Array],
+    attitudes: Sequence[Array],
+    gravity: Array,
+) -> IdentifiedLoad:
+    """Returns load and bias of an arm at rest, from what its joints feel; the load is in E.
+
+    Args:
+        torques: external, on the joints, τ_ext (n), one for each posture (the mean of some time).
+        jacobians: J (6, n) of E in W in each, [angular; linear].
+        attitudes: R_WE (3, 3) in each.
+        gravity: g in W (3) [m/s²].
+
+    Raises:
+        ConfigurationError: the numbers of torques, jacobians and attitudes differ, or the postures
+            are too alike for a load to be told from a bias; the message has the condition number.
+    """
+    if not len(torques) == len(jacobians) == len(attitudes) > 0:
+        raise ConfigurationError(
+            f"There are {len(torques)} torques, {len(jacobians)} Jacobians and {len(attitudes)} "
+            f"attitudes; give one of each for each posture."
+        )
+    rest, each = (np.zeros(3),) * 3, np.eye(len(torques[0]))
+    rows = []
+    for J, R in zip(jacobians, attitudes, strict=True):
+        load = load_regressor(R, *rest, gravity)[:, :4]
+        rows.append(np.hstack((-J.T @ np.vstack((R @ load[:3], R @ load[3:])), each)))
+    Y, y = np.vstack(rows), np.concatenate([np.asarray(tau, dtype=float) for tau in torques])
+    advice = "Move the joints by 1 rad in different directions"
+    numbers, condition = _least_squares(Y, y, len(torques), advice)
+    mass, left = float(numbers[0]), float(np.abs(y - Y @ numbers).max())
+    centre = numbers[1:4] / mass if mass else np.zeros(3)
+    return IdentifiedLoad(mass, centre, numbers[4:], np.zeros((3, 3)), condition, (left,))
+
+
+def _least_squares(Y: Array, y: Array, postures: int, advice: str) -> tuple[Array, float]:
+    """Returns the numbers and the condition number, with columns of Y scaled to unit norm."""
     scale = np.linalg.norm(Y, axis=0)
     condition = float(np.linalg.cond(Y / scale)) if scale.all() else np.inf
     if len(Y) < Y.shape[1] or condition > WORST_CONDITION:
         raise ConfigurationError(
-            f"The {len(readings)} postures are too alike to tell a load from a bias: the condition "
-            f"number is {condition:.3g}, above {WORST_CONDITION:g}. Tilt the hand by 60° in six "
-            f"directions{', and turn it about all axes' if motions else ''}."
+            f"The {postures} postures are too alike to tell a load from a bias: the condition "
+            f"number is {condition:.3g}, above {WORST_CONDITION:g}. {advice}."
         )
-    numbers = np.zeros(16)
-    numbers[columns] = np.linalg.lstsq(Y / scale, y, rcond=None)[0] / scale
-    rest_of = (y - Y @ numbers[columns]).reshape(-1, 6)
-    return _load(numbers, condition, rest_of, with_inertia=motions is not None)
+    return np.linalg.lstsq(Y / scale, y, rcond=None)[0] / scale, condition
 
 
 def _load(numbers: Array, condition: float, rest: Array, *, with_inertia: bool) -> IdentifiedLoad:

@@ -1,0 +1,116 @@
+"""What hangs on an arm that its model does not know, from what the joints feel at rest."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from pydrake.multibody.tree import JacobianWrtVariable
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad, identify_load_from_joints
+from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
+from geoimp_drake.typing import Array
+
+__all__ = ["TareReading", "identify_payload", "read_at_rest", "tare_postures"]
+
+# Joints that move faster are not at rest [rad/s, m/s].
+_AT_REST = 0.02
+
+# How far from the first posture the others are [rad, m], and how near to a limit (share of range).
+_SPREAD, _MARGIN = 1.0, 0.05
+
+TareReading = tuple[Array, Array]  # q and τ_ext, each (n) in the robot's order
+
+
+def read_at_rest(robot: RobotArm, model: ControlModel, samples: int) -> TareReading:
+    """Returns positions and external torques of a connected robot, means of some statuses.
+
+    They are what the robot estimates itself; or, if the controller holds the weight, what the
+    joints exert beyond the weight of the model.
+
+    Args:
+        robot: connected; nothing is commanded.
+        model: the arm without what is looked for, with its weight.
+        samples: how many statuses.
+
+    Raises:
+        RobotError: the robot does not answer, moves, or reports no external torques.
+    """
+    q, tau = [], []
+    joints = RobotJoints(model, robot.joints)
+    for _ in range(samples):
+        status = robot.read()
+        if status is None:
+            raise RobotError(f"{robot.name} does not answer; its status is needed at rest.")
+        if (speed := float(np.abs(status.v).max())) > _AT_REST:
+            raise RobotError(
+                f"{robot.name} moves at {speed:.3g} rad/s; let it rest (at most {_AT_REST:g})."
+            )
+        q.append(status.q)
+        tau.append(_external(robot, status, joints, model))
+    return np.mean(q, axis=0), np.mean(tau, axis=0)
+
+
+def identify_payload(
+    robot: RobotArm, model: ControlModel, readings: Iterable[TareReading]
+) -> IdentifiedLoad:
+    """Returns what hangs on E beyond the model, and a bias of each joint from base to hand.
+
+    Args:
+        robot: whose joints they are.
+        model: the arm without what is looked for.
+        readings: of `read_at_rest`, in 6 to 10 postures that differ by 1 rad.
+
+    Raises:
+        ConfigurationError: the postures are too alike; the message has the condition number.
+    """
+    joints, E, W = RobotJoints(model, robot.joints), model.end_effector, model.world
+    context = model.plant.CreateDefaultContext()
+    torques, jacobians, attitudes = [], [], []
+    for q, external in readings:
+        model.plant.SetPositions(context, joints.from_base(q))
+        jacobians.append(
+            model.plant.CalcJacobianSpatialVelocity(
+                context, JacobianWrtVariable.kV, E, np.zeros(3), W, W
+            )
+        )
+        attitudes.append(E.CalcPoseInWorld(context).rotation().matrix())
+        torques.append(joints.from_base(external))
+    gravity = model.plant.gravity_field().gravity_vector()
+    return identify_load_from_joints(torques, jacobians, attitudes, gravity)
+
+
+def tare_postures(model: ControlModel, first: Array, count: int) -> list[Array]:
+    """Returns postures that tell a load from biases, within the limits; all are (n), base first.
+
+    Args:
+        model: the arm.
+        first: near which they are.
+        count: how many.
+    """
+    low, high = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
+    margin = np.where(np.isfinite(high - low), _MARGIN * (high - low), 0.0)
+    random = np.random.default_rng(0)
+    return [
+        np.clip(
+            first + _SPREAD * random.uniform(-1.0, 1.0, len(first)), low + margin, high - margin
+        )
+        for _ in range(count)
+    ]
+
+
+def _external(
+    robot: RobotArm, status: RobotStatus, joints: RobotJoints, model: ControlModel
+) -> Array:
+    if status.external_torque is not None:
+        return status.external_torque
+    if robot.gravity == "robot":
+        raise RobotError(
+            f"{robot.name} reports no external torques and holds the weight itself; a load cannot "
+            f"be seen at its joints. Use a wrist sensor and identify_load."
+        )
+    context = model.plant.CreateDefaultContext()
+    model.plant.SetPositions(context, joints.from_base(status.q))
+    weight = -model.plant.CalcGravityGeneralizedForces(context)
+    own: Array = weight[[model.joint_names.index(name) for name in joints.names]]
+    return own - status.torque
