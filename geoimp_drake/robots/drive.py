@@ -113,7 +113,7 @@ class Drive:
         config = self._config
         times = config.keep, config.log_period, self._robot.period
         self._log = TickLog(*times, len(self._robot.joints))
-        self.look()
+        self._rehearse(self.look())
         self._robot.start()
         failure = None
         try:
@@ -126,6 +126,12 @@ class Drive:
         finally:
             self._robot.stop()
         return replace(self._log.read(), failure=failure)
+
+    def _rehearse(self, status: RobotStatus) -> None:
+        """Computes a tick for nothing: what is compiled then would keep the robot waiting."""
+        self._begin(status)
+        period, D = self._robot.period, self._motion.evaluate(0.0)
+        self._loop.step(status.q, status.v, self._wrench(status, period), D, period)
 
     def _mode(self) -> Mode:
         return Mode(int(self._supervisor.output("mode")[0]))

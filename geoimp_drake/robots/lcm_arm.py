@@ -140,21 +140,27 @@ class LcmRobot:
 
         Args:
             duration: [s].
-            in_step: waits for the answer to each status instead, for as long as a command counts.
+            in_step: waits for the answer to each status instead, as long as there is one.
         """
-        status, begun = self._arm.connect(), time.monotonic()
+        status, begun, is_answered = self._arm.connect(), time.monotonic(), False
         while status.time < duration:
             late = time.monotonic() - self._commanded > _EXPIRY
             self._arm.write(np.zeros_like(self._torque) if late else self._torque)
             for _ in range(self._ticks):
                 status = self._arm.read()
+            sent = time.monotonic()
             message = self._messages.write_status(status)
             self._lcm.Publish(f"{self._channel}_STATUS", message.encode())
-            sent = time.monotonic()
-            self._listen_until(sent + _EXPIRY if in_step else begun + status.time, in_step, sent)
+            if is_answered:
+                self._listen(sent + _PATIENCE, sent)
+                begun = time.monotonic() - status.time
+            else:
+                self._listen(begun + status.time, np.inf)
+            is_answered = in_step and self._commanded > sent
 
-    def _listen_until(self, instant: float, in_step: bool, sent: float) -> None:
-        while (left := instant - time.monotonic()) > 0 and not (in_step and self._commanded > sent):
+    def _listen(self, until: float, answer: float) -> None:
+        """Takes commands until an instant, or until one that came after another instant."""
+        while (left := until - time.monotonic()) > 0 and self._commanded < answer:
             self._lcm.HandleSubscriptions(max(1, round(1e3 * left)))
 
     def _take(self, data: bytes) -> None:

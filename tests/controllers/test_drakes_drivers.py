@@ -1,0 +1,144 @@
+"""The controller on Drake's own simulated iiwa driver, which holds the arm's weight itself."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from driven_arm import LIGHT, STIFFNESS, gains
+from pydrake.manipulation import IiwaDriver, SimIiwaDriver
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
+
+PUSH = WrenchRamp(force=np.array([0.0, 0.0, 15.0]), start=0.1, duration=0.2, blend=0.05)
+WAY = [0.0, 0.0, 15.0 / STIFFNESS]
+POSTURE = np.array([0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1])
+DURATION = 6.0
+HAND = """
+  <joint name="wrist" type="fixed"><parent link="l7"/><child link="hand"/></joint>
+  <link name="hand"><inertial><origin xyz="0 0 0.03"/><mass value="0.3"/>
+    <inertia ixx="4e-4" iyy="4e-4" izz="4e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  JOINTS
+</robot>"""
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Path:
+    """A seven-joint arm with a hand that is welded to it, for a sensor to read."""
+    motors = "".join(
+        f'<transmission name="t{k}"><type>transmission_interface/SimpleTransmission</type>'
+        f'<joint name="j{k}"><hardwareInterface>EffortJointInterface</hardwareInterface></joint>'
+        f'<actuator name="a{k}"/></transmission>'
+        for k in range(1, 8)
+    )
+    file = tmp_path / "arm.urdf"
+    text = LIGHT.read_text().replace('"light"', '"iiwa"')
+    file.write_text(text.replace("</robot>", HAND.replace("JOINTS", motors)))
+    return file
+
+
+def controller(plant: MultibodyPlant, gravity: str):
+    """Returns the controller of the arm in a plant."""
+    config = gains()
+    config.impedance.translation.damping = np.array(200.0)
+    config.form = "compiled"
+    arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
+    return make_impedance_controller(plant, arm, E, config, gravity=gravity)
+
+
+def pose(plant: MultibodyPlant) -> RigidTransform:
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, plant.GetModelInstanceByName("iiwa"), POSTURE)
+    return plant.GetFrameByName("hand").CalcPoseInWorld(context)
+
+
+def way_of_the_hand(diagram: Diagram, plant: MultibodyPlant) -> np.ndarray:
+    """Returns how far the hand has gone after a push [m]."""
+    simulator = Simulator(diagram)
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetPositions(context, plant.GetModelInstanceByName("iiwa"), POSTURE)
+    simulator.AdvanceTo(DURATION)
+    E = plant.GetFrameByName("hand").CalcPoseInWorld(context)
+    return E.translation() - pose(plant).translation()
+
+
+def pushed_on_drakes_driver(urdf: Path, gravity: str) -> np.ndarray:
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    alone = MultibodyPlant(1e-3)  # the driver's own model
+    for each in (plant, alone):
+        Parser(each).AddModels(str(urdf))
+        each.WeldFrames(each.world_frame(), each.GetFrameByName("base"))
+        each.Finalize()
+    arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
+    mode = IiwaDriver(control_mode="torque_only")
+    driver = SimIiwaDriver.AddToBuilder(builder, plant, arm, mode, alone)
+    system = builder.AddSystem(controller(plant, gravity))
+    sensor = add_wrist_sensor(builder, plant, plant.GetJointByName("wrist"), E)
+    desired = builder.AddSystem(DesiredMotion(pose(plant)))
+    push = builder.AddSystem(ExternalWrench(E, PUSH))
+    for source, port in (
+        (plant.get_state_output_port(arm), system.GetInputPort("estimated_state")),
+        (desired.GetOutputPort("motion"), system.GetInputPort("desired_motion")),
+        (sensor.GetOutputPort("wrench"), system.GetInputPort("wrench")),
+        (system.GetOutputPort("actuation"), driver.GetInputPort("torque")),
+        (push.get_output_port(), plant.get_applied_spatial_force_input_port()),
+    ):
+        builder.Connect(source, port)
+    return way_of_the_hand(builder.Build(), plant)
+
+
+def test_a_push_on_drakes_simulated_iiwa_driver(urdf):
+    way = pushed_on_drakes_driver(urdf, "robot")
+    np.testing.assert_allclose(way, WAY, rtol=0, atol=1e-3 * WAY[2])
+
+
+def test_gravity_counted_twice_shows_at_the_hand(urdf):
+    """Nobody can know it in a diagram: the guide says what to look at."""
+    assert np.linalg.norm(pushed_on_drakes_driver(urdf, "controller") - WAY) > 1e-3
+
+
+def test_a_push_on_a_hardware_station(urdf):
+    pytest.importorskip("manipulation", reason="pip install manipulation")
+    from manipulation.station import LoadScenario, MakeHardwareStation
+
+    scenario = LoadScenario(
+        data=f"""
+directives:
+- add_model: {{name: iiwa, file: "file://{urdf}"}}
+- add_weld: {{parent: world, child: "iiwa::base"}}
+plant_config: {{time_step: 0.001}}
+model_drivers:
+  iiwa: !IiwaDriver {{control_mode: torque_only}}
+"""
+    )
+
+    def add_sensor(builder: DiagramBuilder) -> None:
+        plant = builder.GetSubsystemByName("plant")
+        E = plant.GetFrameByName("hand")
+        sensor = add_wrist_sensor(builder, plant, plant.GetJointByName("wrist"), E)
+        builder.ExportOutput(sensor.GetOutputPort("wrench"), "wrench")
+
+    builder = DiagramBuilder()
+    station = builder.AddSystem(MakeHardwareStation(scenario, prebuild_callback=add_sensor))
+    plant = station.GetSubsystemByName("plant")
+    system = builder.AddSystem(controller(plant, "robot"))
+    desired = builder.AddSystem(DesiredMotion(pose(plant)))
+    push = builder.AddSystem(ExternalWrench(plant.GetFrameByName("hand"), PUSH))
+    for source, port in (
+        (station.GetOutputPort("iiwa_state"), system.GetInputPort("estimated_state")),
+        (desired.GetOutputPort("motion"), system.GetInputPort("desired_motion")),
+        (station.GetOutputPort("wrench"), system.GetInputPort("wrench")),
+        (system.GetOutputPort("actuation"), station.GetInputPort("iiwa.torque")),
+        (push.get_output_port(), station.GetInputPort("applied_spatial_force")),
+    ):
+        builder.Connect(source, port)
+    way = way_of_the_hand(builder.Build(), plant)
+    np.testing.assert_allclose(way, WAY, rtol=0, atol=1e-3 * WAY[2])

@@ -1,0 +1,153 @@
+"""Two ends of LCM, each in its own process; run as a program, which prints what came of it as JSON.
+
+In a network namespace of its own no other traffic is heard, and none is sent.
+"""
+
+import json
+import logging
+import multiprocessing
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from driven_arm import Between, DrivenArm, gains
+from pydrake.lcm import DrakeLcm
+from pydrake.multibody.tree import JacobianWrtVariable
+
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.laws.frame_motion import POSITION
+from geoimp_drake.parts.supervisor import Mode, SupervisorConfig
+from geoimp_drake.robots.drive import Drive, DriveConfig
+from geoimp_drake.robots.lcm_arm import LcmArm, LcmRobot
+from geoimp_drake.robots.lcm_messages import LCM_MESSAGES
+from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
+from geoimp_drake.systems.sources.desired_motion import DesiredMotion
+from geoimp_drake.systems.sources.external_wrench import (
+    WrenchRamp,
+    linear_with_fourth_order_blends,
+)
+
+PERIOD = 5e-3
+PUSH = WrenchRamp(force=np.array([0.0, 0.0, 15.0]), start=0.8, duration=0.2, blend=0.05)
+# A machine with other work is late at times, and so is the answer.
+PATIENT = SupervisorConfig(hold=2.0)
+
+_ISOLATED = "ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "
+
+
+def in_own_network(*arguments: str) -> Any:
+    """Runs this program where it hears nothing else, if that can be made; returns what it found."""
+    command = [sys.executable, __file__, *arguments]
+    if _can_isolate():
+        command = ["unshare", "-n", "sh", "-c", _ISOLATED + '"$@"', "sh", *command]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode == 0, ended.stderr
+    return json.loads(ended.stdout.splitlines()[-1])
+
+
+def _can_isolate() -> bool:
+    if not (shutil.which("unshare") and shutil.which("ip")):
+        return False
+    tried = ["unshare", "-n", "sh", "-c", _ISOLATED + "true"]
+    return subprocess.run(tried, capture_output=True, check=False).returncode == 0
+
+
+def _url(process: int) -> str:
+    return f"udpm://239.255.76.67:{20000 + process % 30000}?ttl=0"
+
+
+def _serve(robot: str, url: str) -> None:
+    """Simulates a robot whose joints feel the push exactly."""
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    arm = DrivenArm("light7", push=PUSH)
+    plant, E = arm.plant, arm.plant.GetFrameByName("l7")
+    context, W = plant.CreateDefaultContext(), plant.world_frame()
+    share = linear_with_fourth_order_blends(PUSH.start, PUSH.duration, PUSH.blend)
+
+    def feel(_: int, status: RobotStatus) -> RobotStatus:
+        plant.SetPositions(context, status.q)
+        J = plant.CalcJacobianTranslationalVelocity(
+            context, JacobianWrtVariable.kV, E, np.zeros(3), W, W
+        )
+        return replace(status, external_torque=J.T @ (share.value(status.time)[0, 0] * PUSH.force))
+
+    LcmRobot(Between(arm.robot, feel), robot, url, PERIOD).run(60.0, in_step=True)
+
+
+def _driver(robot: str, url: str, patience: float) -> LcmArm:
+    joints = tuple(f"j{k}" for k in range(1, 8))
+    return LcmArm(robot, url, joints, PERIOD, patience=patience)
+
+
+def _client(driver: LcmArm, wrench: str) -> tuple[Drive, ControlLoop]:
+    arm = DrivenArm("light7")
+    config = gains()
+    config.sampling.period = PERIOD
+    config.impedance.translation.damping = np.array(200.0)
+    instance = arm.plant.GetModelInstanceByName("robot")
+    E = arm.plant.GetFrameByName("l7")
+    loop = ControlLoop(arm.plant, instance, E, config, gravity="robot", joints=driver.joints)
+    return Drive(driver, loop, DriveConfig(wrench=wrench, supervisor=PATIENT)), loop
+
+
+def push(robot: str, wrench: str) -> dict[str, Any]:
+    """Returns how far the pushed hand of a driven arm is from D, and the wrench [m; Nm, N]."""
+    url = _url(os.getpid())
+    server = multiprocessing.get_context("spawn").Process(target=_serve, args=(robot, url))
+    drive, loop = _client(_driver(robot, url, 1.0), wrench)
+    server.start()
+    try:
+        log = drive.run(DesiredMotion(loop.pose(_first_status(drive).q)), 3.5)
+    finally:
+        server.terminate()
+    # The last row before the stop.
+    k = np.flatnonzero(log.values["mode"][:, 0] == Mode.RUN)[-1]
+    E, D = (log.values[f"motion_{frame}"][k, POSITION] for frame in "ED")
+    return {"way": (E - D).tolist(), "wrench": log.values["wrench"][k].tolist()}
+
+
+def _first_status(drive: Drive) -> RobotStatus:
+    while True:  # its process takes a while to start
+        try:
+            return drive.look()
+        except RobotError:
+            continue
+
+
+def faults(robot: str) -> dict[str, Any]:
+    """Returns what is said of a robot that is not there, of its first statuses, of another arm."""
+    url = _url(os.getpid())
+    driver, publisher = _driver(robot, url, 0.2), DrakeLcm(url)
+    drive, _ = _client(driver, "none")
+
+    def publish(status: RobotStatus) -> None:  # heard by the next look
+        publisher.Publish(
+            f"{robot.upper()}_STATUS", LCM_MESSAGES[robot].write_status(status).encode()
+        )
+
+    rest = RobotStatus(1.0, np.full(7, 0.5), np.zeros(7), np.zeros(7))
+    found: dict[str, Any] = {"silent": _refusal(drive), "read": []}
+    for status in (rest, replace(rest, time=0.0), RobotStatus(1.0, *np.zeros((3, 0)))):
+        publish(status)
+        found["read"].append(driver.read() is not None)
+    publish(RobotStatus(2.0, *np.zeros((3, 6))))
+    found["other"] = _refusal(drive)
+    return found
+
+
+def _refusal(drive: Drive) -> str:
+    try:
+        drive.look()
+    except RobotError as error:
+        return str(error)
+    return ""
+
+
+if __name__ == "__main__":
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    task = {"push": push, "faults": faults}[sys.argv[1]]
+    print(json.dumps(task(*sys.argv[2:])))
