@@ -73,6 +73,7 @@ class ControlLoop:
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")
+        self._reading = self._loop.input("estimated_state")
 
     @property
     def state(self) -> Array:
@@ -118,9 +119,9 @@ class ControlLoop:
             SingularityError: six joints in an exactly singular posture, or an attitude leaves the
                 domain of its law.
         """
-        readings = {"estimated_state": self.joints.reading(q, v), "wrench": wrench}
+        self.joints.reading(q, v, self._reading)
         elapsed = self.period if dt is None else dt
-        self._loop.step(readings, {"desired_motion": desired}, elapsed)
+        self._loop.step({"wrench": wrench}, {"desired_motion": desired}, elapsed)
         return self.joints.torques(self._loop.output("actuation"))
 
     def output(self, name: str) -> Array:

@@ -80,6 +80,7 @@ class CooperativeControlLoop:
         self.models, self.joints = [arm.model for arm in arms], (first, second)
         names = "_".join(map(plant.GetModelInstanceName, model_instances))
         self._loop = PartLoop(two_arms(held, arms), f"{names}_control_loop")
+        self._written = [self._loop.input(f"estimated_state_{k}") for k in (1, 2)]
 
     @property
     def state(self) -> Array:
@@ -101,8 +102,17 @@ class CooperativeControlLoop:
             SignalError: a signal cannot be used.
         """
         desired = frame_motion_at_rest(self.pose(q)) if desired is None else desired
-        readings = self._readings(q, v, _AT_REST if wrenches is None else wrenches)
-        self._loop.reset({**readings, "desired_motion": desired})
+        first, second = self.joints
+        wrench_1, wrench_2 = _AT_REST if wrenches is None else wrenches
+        self._loop.reset(
+            {
+                "estimated_state_1": first.reading(q[0], v[0]),
+                "estimated_state_2": second.reading(q[1], v[1]),
+                "wrench_1": wrench_1,
+                "wrench_2": wrench_2,
+                "desired_motion": desired,
+            }
+        )
         return self._torques()
 
     def step(
@@ -124,7 +134,10 @@ class CooperativeControlLoop:
                 domain of its law.
         """
         elapsed = self.period if dt is None else dt
-        self._loop.step(self._readings(q, v, wrenches), {"desired_motion": desired}, elapsed)
+        for k, joints in enumerate(self.joints):
+            joints.reading(q[k], v[k], self._written[k])
+        readings = {"wrench_1": wrenches[0], "wrench_2": wrenches[1]}
+        self._loop.step(readings, {"desired_motion": desired}, elapsed)
         return self._torques()
 
     def output(self, name: str) -> Array:
@@ -147,15 +160,6 @@ class CooperativeControlLoop:
         motions = np.zeros((2, FRAME_MOTION_SIZE))
         held_object_motion(first, second, np.array([1.0, 0.0, 0.0, 0.0]), motions)
         return pose_of(motions[0])
-
-    def _readings(self, q: Pair, v: Pair, wrenches: Pair) -> dict[str, Array]:
-        first, second = self.joints
-        return {
-            "estimated_state_1": first.reading(q[0], v[0]),
-            "estimated_state_2": second.reading(q[1], v[1]),
-            "wrench_1": wrenches[0],
-            "wrench_2": wrenches[1],
-        }
 
     def _torques(self) -> tuple[Array, Array]:
         first, second = self.joints

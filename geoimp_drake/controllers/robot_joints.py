@@ -42,12 +42,13 @@ class RobotJoints:
         self._actuators = np.argsort(model.actuation_order)[self._place]
         self.effort_limits = model.effort_limits[self._place]
 
-    def reading(self, q: Array, v: Array) -> Array:
+    def reading(self, q: Array, v: Array, written: Array | None = None) -> Array:
         """Returns [q; v] in the plant's order (2n).
 
         Args:
             q: joint positions (n) [rad, m].
             v: joint velocities (n).
+            written: where to write, a new array by default (2n).
 
         Raises:
             SignalError: there are not as many as the arm has joints.
@@ -58,7 +59,7 @@ class RobotJoints:
                 f"There are {len(q)} joint positions and {len(v)} velocities; the arm has "
                 f"{n} joints: {', '.join(self.names)}."
             )
-        reading = np.empty(2 * n)
+        reading = np.empty(2 * n) if written is None else written
         reading[self._q] = q
         reading[self._v] = v
         return reading

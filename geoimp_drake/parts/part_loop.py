@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import SignalError
+from geoimp_drake.laws.explicit_euler import explicit_euler
 from geoimp_drake.parts.part import (
     Begins,
     Checks,
@@ -60,7 +62,7 @@ class PartLoop:
         self._values = {name: inputs[getattr(self._inputs, name)] for name in part.inputs}
         clock = self.state[places.time : places.time + 1]
         self._now = _Tick(part, name, self._values, self._memory, self._flow, clock)
-        self._rate = np.zeros(len(flow))
+        self._rate, self._integrate = np.zeros(len(flow)), compiled(explicit_euler)
         self._is_flowing, self._begins = isinstance(part, Flows), isinstance(part, Begins)
         samplings = part.samplings if isinstance(part, Samples) else []
         self._takes = [take for _, take in samplings]
@@ -94,7 +96,7 @@ class PartLoop:
         """Moves on by one tick.
 
         Args:
-            readings: inputs that have been measured, by name.
+            readings: inputs that have been measured, by name; others keep what `input` holds.
             targets: inputs that are functions of time, at the end of the tick; until then what they
                 were at its beginning.
             elapsed: time since the last tick [s].
@@ -132,6 +134,17 @@ class PartLoop:
         self._take_in(inputs)
         self._now.moved()
 
+    def input(self, name: str) -> Array:
+        """Returns an input's place in the state, for readings that are written there before a step.
+
+        Raises:
+            ConfigurationError: there is no such input.
+        """
+        value = self._values.get(name)
+        if value is None:
+            raise unknown_name(name, f"input of {self._now.system}", self._values)
+        return value
+
     def output(self, name: str) -> Array:
         """Returns an output of the last tick, in an array that the next one writes to.
 
@@ -151,8 +164,7 @@ class PartLoop:
         for _ in range(steps):
             self._now.moved()
             self._part.rate(self._now, self._rate)
-            self._rate *= elapsed / steps
-            self._flow += self._rate
+            self._integrate(self._flow, self._rate, elapsed / steps)
 
     def _begin(self) -> None:
         if self._begins:

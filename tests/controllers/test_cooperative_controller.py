@@ -241,7 +241,8 @@ def test_parts_that_are_switched_off_are_not_there(parallel: ArmPair) -> None:
 
 def test_spare_joint_comes_to_rest_by_default(parallel: ArmPair) -> None:
     config = CooperativeControllerConfig()
-    arm = parallel.controller(config).GetSubsystemByName("arm_1")
+    controller = parallel.controller(config)  # which must live as long as its systems are asked for
+    arm = controller.GetSubsystemByName("arm_1")
     assert isinstance(arm.GetSubsystemByName("redundancy"), RedundancyResolver)
     assert config.redundancy_1.k_beta == 0.0
     config.redundancy_1.K_n = np.eye(6)
