@@ -291,15 +291,19 @@ def _status(failures: Mapping[str, Exception | str]) -> int:
 
 
 def bench(options: argparse.Namespace) -> int:
-    """Times the closed loop against the bare plant, or a tick. Returns the exit status."""
+    """Times the closed loop against the bare plant, a tick, or LCM. Returns the exit status."""
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.diagrams.setups.bench_real_time import run_real_time_bench
     from geoimp_drake.diagrams.setups.bench_tick import run_tick_bench
     from geoimp_drake.output_folder import check_file, write_file
     from geoimp_drake.simulation.bench import BenchCase, run_bench
     from geoimp_drake.validation import choice
 
-    if options.tick and (options.only or options.compare):
-        raise ConfigurationError("--tick has no cases; leave out --only and --compare.")
+    other = run_tick_bench if options.tick else run_real_time_bench if options.realtime else None
+    if other is not None and (options.only or options.compare):
+        raise ConfigurationError(
+            "--tick and --realtime have no cases; leave out --only and --compare."
+        )
     for name in options.only or ():
         choice(name, "case", BENCH_CASES)
     cases = [
@@ -309,7 +313,7 @@ def bench(options: argparse.Namespace) -> int:
     ]
     if options.json is not None:
         check_file(options.json)
-    table, timings = run_tick_bench() if options.tick else run_bench(cases, options.compare)
+    table, timings = run_bench(cases, options.compare) if other is None else other()
     print(table)
     if options.json is not None:
         write_file(options.json, timings)

@@ -1,5 +1,6 @@
 """What `geoimp drive` and `geoimp robot-sim` do."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.robots.lcm_arm import LcmRobot
+from geoimp_drake.robots.real_time import real_time
 from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
 from geoimp_drake.validation import whole_number
@@ -34,8 +36,10 @@ def drive_robot(
         figures: draw the experiment's figures.
     """
     check_folder(out, [*RUN_FILES, _TICKS])
-    drive = ScenarioDrive(_single(scenario))
-    log = drive.run()
+    is_simulated = _single(scenario).robot.driver.kind == "plant"
+    with nullcontext() if is_simulated else real_time():
+        drive = ScenarioDrive(scenario)
+        log = drive.run()
     result = write_run(experiment, scenario, drive.log(log), log.failure, out, figures)
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
     late = f"{1e6 * np.median(log.computing):.0f} µs in the median"

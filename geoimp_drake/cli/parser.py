@@ -89,8 +89,14 @@ def make_parser() -> argparse.ArgumentParser:
     bench.add_argument(
         "--compare", type=Path, metavar="FILE", help="show what got slower since FILE was written"
     )
-    bench.add_argument(
+    instead = bench.add_mutually_exclusive_group()
+    instead.add_argument(
         "--tick", action="store_true", help="time a tick on a robot instead, beside pinocchio's"
+    )
+    instead.add_argument(
+        "--realtime",
+        action="store_true",
+        help="measure instead how late commands are on LCM at 200 Hz and 1 kHz",
     )
     bench.set_defaults(command=commands.bench)
     return parser

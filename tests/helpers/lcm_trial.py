@@ -40,13 +40,17 @@ _ISOLATED = "ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "
 
 
 def in_own_network(*arguments: str) -> Any:
-    """Runs this program where it hears nothing else, if that can be made; returns what it found."""
-    command = [sys.executable, __file__, *arguments]
+    """Returns what this program finds where it hears nothing else, if that can be made."""
+    return json.loads(isolated(sys.executable, __file__, *arguments).splitlines()[-1])
+
+
+def isolated(*command: str) -> str:
+    """Returns what a command prints, in a network of its own if that can be made."""
     if _can_isolate():
-        command = ["unshare", "-n", "sh", "-c", _ISOLATED + '"$@"', "sh", *command]
+        command = ("unshare", "-n", "sh", "-c", _ISOLATED + '"$@"', "sh", *command)
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout.splitlines()[-1])
+    return ended.stdout
 
 
 def _can_isolate() -> bool:
