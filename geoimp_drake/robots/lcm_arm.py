@@ -70,6 +70,9 @@ class LcmArm:
 
     def start(self) -> None:
         """See `RobotArm`; the first command takes the torques over."""
+        # LCM keeps the oldest of the statuses that came while nobody read.
+        while self._lcm.HandleSubscriptions(0):
+            pass
 
     def read(self) -> RobotStatus | None:
         """See `RobotArm`."""

@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -100,6 +101,7 @@ def _client(driver: LcmArm, wrench: str) -> tuple[Drive, ControlLoop]:
 
 def push(robot: str, wrench: str) -> dict[str, Any]:
     """Returns how far the pushed hand of a driven arm is from D, and the wrench [m; Nm, N]."""
+    DrivenArm("light7").drive(0.1)  # what it compiles would let the push act on an arm that is free
     url = _url(os.getpid())
     server = multiprocessing.get_context("spawn").Process(target=_serve, args=(robot, url))
     drive, loop = _client(_driver(robot, url, 1.0), wrench)
@@ -138,6 +140,10 @@ def faults(robot: str) -> dict[str, Any]:
     for status in (rest, replace(rest, time=0.0), RobotStatus(1.0, *np.zeros((3, 0)))):
         publish(status)
         found["read"].append(driver.read() is not None)
+    publish(rest)
+    time.sleep(0.1)
+    driver.start()
+    found["stale"] = driver.read() is not None
     publish(RobotStatus(2.0, *np.zeros((3, 6))))
     found["other"] = _refusal(drive)
     return found

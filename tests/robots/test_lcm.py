@@ -27,6 +27,7 @@ def test_what_is_no_status_counts_as_none_and_another_arm_is_refused(robot):
     found = in_own_network("faults", robot)
     assert "does not answer" in found["silent"]
     assert found["read"] == [True, False, False]  # a good one, without a time, without joints
+    assert not found["stale"]  # what came before the torques were taken over
     assert "reports 6 joints; the controller has 7" in found["other"]
 
 
