@@ -53,6 +53,7 @@ def test_gains_and_push_grow_with_the_arms_mass_while_posture_and_motion_stay(ar
     np.testing.assert_allclose(heavy.push, 10.0 * light.push, rtol=0.01)
     np.testing.assert_array_equal(heavy.posture, light.posture)
     np.testing.assert_array_equal(heavy.displacement, light.displacement)
+    assert np.linalg.norm(light.displacement) == 0.07  # a tenth of the arm's 0.73 m
 
 
 def test_radians_in_a_file_that_counts_in_degrees_are_guessed(arm_of):
