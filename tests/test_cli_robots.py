@@ -151,14 +151,22 @@ def test_warnings_name_the_users_file_and_come_once_a_kind(folder, capsys):
     assert re.search(r"careful\.urdf:\d+: .*'safety_controller'.*first of 6", warning)
 
 
-def test_what_the_first_step_shows_is_found(folder, capsys):
-    """A gain of the null-space motion that the controller's period does not bear."""
+WARNED = {
+    # A gain of the null-space motion that the controller's period does not bear.
+    "K_n of the null-space motion is too large": {"redundancy": {"K_n": 200.0}},
+    # Most of the last joint's inertia lies beyond the sensor, where a link has been cut.
+    "inertia": {"sensor": {"inertial_load": "none"}},
+}
+
+
+@pytest.mark.parametrize("warning", WARNED)
+def test_what_building_and_the_first_step_show_is_found(warning, folder, capsys):
     assert main(["init", "--robot", "light7.urdf"]) == 0
-    text = (folder / "light7.yaml").read_text()
-    scenario = {**yaml.safe_load(text), "redundancy": {"K_n": 200.0}}
-    (folder / "stiff.yaml").write_text(yaml.safe_dump(scenario))
-    assert main(["check", "stiff.yaml"]) == 0
-    assert "K_n of the null-space motion is too large" in capsys.readouterr().out
+    assert "nothing to warn of" in capsys.readouterr().out
+    scenario = {**yaml.safe_load((folder / "light7.yaml").read_text()), **WARNED[warning]}
+    (folder / "changed.yaml").write_text(yaml.safe_dump(scenario))
+    assert main(["check", "changed.yaml"]) == 0
+    assert re.search(f"^warning: .*{warning}", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_what_cannot_start_is_unusable(folder, capsys):

@@ -142,7 +142,6 @@ def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
         begin = _BEFORE_PUSH + sum(segment.duration for segment in scenario.segments)
         scenario.external = WrenchRamp(force=proposal.push, start=begin)
     scenario.segments.append(MotionSegment(_PUSHED, name="pushed"))
-    scenario.sensor.inertial_load = "plant"
 
 
 def describe(own: OwnRobot) -> str:
