@@ -12,7 +12,7 @@ from listening import listening
 from geoimp_drake.simulation.live import INJECTED, PAUSE, PUSH, ROTATION, TRANSLATION
 
 # At real time at most, so that there is time to start a browser and to press a button.
-DURATION = 20.0
+DURATION = 25.0
 IN_THE_AIR = ("--set", "surface=null", "--no-figures")
 
 
@@ -57,6 +57,7 @@ def test_the_page_has_its_controls_and_the_push_is_in_the_log(tmp_path):
         _, said = run.communicate(timeout=120)
     finally:
         run.kill()
+        run.communicate()  # closes what it was read through
     assert run.returncode == 0, said
     with np.load(tmp_path / "out" / "log.npz") as log:
         force = log["six/wrench_true"][:, 3]

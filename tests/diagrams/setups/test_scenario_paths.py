@@ -9,6 +9,7 @@ import pytest
 
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.supervisor import SupervisorLimits
 from geoimp_drake.validation import check, field_types
 
 TASK = {
@@ -62,9 +63,10 @@ SCENARIOS = {
 # Texts that name what the user likes, or what is in a file; "x" may be one.
 FREE_TEXTS = {
     *("experiment", "name", "arm", "joints", "link", "file", "end_effector", "sensor_joint"),
-    "path_constant",
+    *("path_constant", "address", "url"),
 }
-UNBOUNDED = {"sensor.force_range", "sensor.moment_range"}
+LIMITS = {f"robot.driver.supervisor.limits.{name}" for name in vars(SupervisorLimits())}
+UNBOUNDED = {"sensor.force_range", "sensor.moment_range"} | LIMITS
 
 
 def leaves(value: Any, path: str = "", way: tuple[Any, ...] = ()) -> Iterator[tuple[str, tuple]]:
