@@ -17,14 +17,15 @@ __all__ = [
     "bench",
     "check",
     "compare",
-    "drive",
     "init",
     "list_experiments",
+    "named_in",
+    "print_files",
     "reproduce",
-    "robot_sim",
     "run",
+    "scenario_of",
+    "status_of",
     "sweep",
-    "tare",
 ]
 
 SUCCESS, FAILURE, UNUSABLE = 0, 1, 2  # exit status
@@ -58,8 +59,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.host is not None and not options.meshcat:
         raise ConfigurationError("--host is where --meshcat listens; give --meshcat as well.")
-    experiment = get_experiment(options.experiment or _named_in(options.scenario))
-    scenario = _scenario(experiment, options, options.orientation, options.seed)
+    experiment = get_experiment(options.experiment or named_in(options.scenario))
+    scenario = scenario_of(experiment, options, options.orientation, options.seed)
     name = experiment.name if options.experiment else options.scenario.stem
     result = run_experiment(
         experiment,
@@ -71,11 +72,11 @@ def run(options: argparse.Namespace) -> int:
         host=options.host,
     )
     print(format_claims(result.claims))
-    _print_files(result.files)
-    return _status({experiment.name: result.failure} if result.failure else {})
+    print_files(result.files)
+    return status_of({experiment.name: result.failure} if result.failure else {})
 
 
-def _named_in(file: Path | None) -> str:
+def named_in(file: Path | None) -> str:
     """Returns the experiment that a scenario file names."""
     from geoimp_drake.scenario.loading import read_yaml
 
@@ -145,47 +146,8 @@ def check(options: argparse.Namespace) -> int:
         raise ConfigurationError(
             "--end-effector and --package are for a robot's file; a scenario names its own."
         )
-    experiment = get_experiment(_named_in(options.file))
+    experiment = get_experiment(named_in(options.file))
     check_scenario(experiment, experiment.scenario((read_layer(options.file),)))
-    return SUCCESS
-
-
-def drive(options: argparse.Namespace) -> int:
-    """Drives the robot of a scenario through its own interface. Returns the exit status."""
-    from geoimp_drake.cli.driving import drive_robot, look_at_robot
-    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-
-    experiment = get_experiment(_named_in(options.scenario))
-    scenario = _scenario(experiment, options, None, None)
-    if options.dry_run:
-        look_at_robot(scenario)
-        return SUCCESS
-    out = options.out or Path("results") / options.scenario.stem
-    claims, files, failure = drive_robot(experiment, scenario, out, figures=not options.no_figures)
-    print(claims)
-    _print_files(files)
-    return _status({experiment.name: failure} if failure else {})
-
-
-def robot_sim(options: argparse.Namespace) -> int:
-    """Simulates the robot of a scenario behind Drake's LCM messages. Returns the exit status."""
-    from geoimp_drake.cli.driving import simulate_robot
-    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-
-    experiment = get_experiment(_named_in(options.scenario))
-    scenario = _scenario(experiment, options, None, None)
-    simulate_robot(scenario, options.lcm, in_step=options.in_step)
-    return SUCCESS
-
-
-def tare(options: argparse.Namespace) -> int:
-    """Finds what hangs on the arm of a scenario. Returns the exit status."""
-    from geoimp_drake.cli.driving import tare_robot
-    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-
-    options.duration = None
-    experiment = get_experiment(_named_in(options.scenario))
-    tare_robot(_scenario(experiment, options, None, None), options.postures)
     return SUCCESS
 
 
@@ -202,7 +164,7 @@ def compare(options: argparse.Namespace) -> int:
     claims, across, files, failures = compare_families(
         experiment,
         COMPARISONS[experiment.name],
-        lambda family: _scenario(experiment, options, family, options.seed),
+        lambda family: scenario_of(experiment, options, family, options.seed),
         options.orientation or CHAPTER_FAMILIES,
         options.out or Path("results") / f"compare-{experiment.name}",
     )
@@ -210,8 +172,8 @@ def compare(options: argparse.Namespace) -> int:
         print(f"{family}\n{format_claims(own)}\n")
     if across:
         print(f"across the families\n{format_claims(across)}")
-    _print_files(files)
-    return _status(failures)
+    print_files(files)
+    return status_of(failures)
 
 
 def sweep(options: argparse.Namespace) -> int:
@@ -225,7 +187,7 @@ def sweep(options: argparse.Namespace) -> int:
     out = options.out or Path("results") / f"sweep-{experiment.name}"
     result = run_sweep(
         experiment,
-        _scenario(experiment, options, options.orientation, None, fastest_form()),
+        scenario_of(experiment, options, options.orientation, None, fastest_form()),
         SweepPlan.read(options.plan, options.vary, options.samples, options.seed),
         out,
         jobs=(os.cpu_count() or 1) if options.jobs is None else options.jobs,
@@ -233,7 +195,7 @@ def sweep(options: argparse.Namespace) -> int:
         map_keys=options.map,
     )
     print(format_sweep(experiment.name, result, out))
-    _print_files(result.files)
+    print_files(result.files)
     return FAILURE if result.errors == len(result.rows) else SUCCESS
 
 
@@ -254,10 +216,10 @@ def reproduce(options: argparse.Namespace) -> int:
     )
     print(format_reproduction(reproduction))
     print(f"\nreport: {out / REPORT}")
-    return _status(reproduction.failures())
+    return status_of(reproduction.failures())
 
 
-def _scenario(
+def scenario_of(
     experiment: Any,
     options: argparse.Namespace,
     orientation: str | None,
@@ -278,13 +240,15 @@ def _scenario(
     return experiment.scenario(layers, (*given, *options.overrides))
 
 
-def _print_files(files: list[Path]) -> None:
+def print_files(files: list[Path]) -> None:
+    """Prints which files have been written."""
     print("\nwritten:")
     for path in files:
         print(f"  {path}")
 
 
-def _status(failures: Mapping[str, Exception | str]) -> int:
+def status_of(failures: Mapping[str, Exception | str]) -> int:
+    """Returns the exit status after what has failed, by name, and says so."""
     for name, failure in failures.items():
         print(f"geoimp: the simulation of {name} failed: {one_line(failure)}", file=sys.stderr)
     return FAILURE if failures else SUCCESS

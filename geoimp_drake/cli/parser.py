@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.cli import commands
+from geoimp_drake.cli import commands, robot_commands
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -116,7 +116,7 @@ def _add_robot_commands(subparsers: Any) -> None:
     )
     drive.add_argument("--no-figures", action="store_true", help="write no figures")
     _add_drive_options(drive)
-    drive.set_defaults(command=commands.drive)
+    drive.set_defaults(command=robot_commands.drive)
     robot_sim = subparsers.add_parser(
         "robot-sim",
         help="simulate the robot of a scenario at the other end of LCM",
@@ -129,7 +129,7 @@ def _add_robot_commands(subparsers: Any) -> None:
         "--in-step", action="store_true", help="wait for the answer to each status"
     )
     _add_drive_options(robot_sim)
-    robot_sim.set_defaults(command=commands.robot_sim)
+    robot_sim.set_defaults(command=robot_commands.robot_sim)
     tare = subparsers.add_parser(
         "tare",
         help="find mass and centre of what hangs on the robot of a scenario",
@@ -140,7 +140,7 @@ def _add_robot_commands(subparsers: Any) -> None:
     tare.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
     tare.add_argument("--postures", type=int, default=8, metavar="N", help="how many (8)")
     _add_overrides(tare)
-    tare.set_defaults(command=commands.tare)
+    tare.set_defaults(command=robot_commands.tare)
 
 
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:
