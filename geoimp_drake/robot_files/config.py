@@ -1,5 +1,6 @@
 """A robot of the user's own in a scenario's YAML."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +16,16 @@ from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.rotations import euler
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import PATH, check, choice, finite_vector, key, positive
+from geoimp_drake.validation import (
+    PATH,
+    check,
+    choice,
+    finite_vector,
+    key,
+    non_negative,
+    positive,
+    unknown_name,
+)
 
 __all__ = ["PayloadConfig", "RobotConfig"]
 
@@ -57,6 +67,8 @@ class RobotConfig:
     inertia: str = "check"  # or repair: those on the arm's way that no body can have
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
+    # Of motors at their joints, by name, in the place of the file's [kg m² or kg].
+    rotor_inertia: dict[str, float] = field(default_factory=dict)
     payload: PayloadConfig | None = None  # on E, not in the file
     driver: DriverConfig = field(default_factory=DriverConfig)  # for `geoimp drive`
 
@@ -75,6 +87,8 @@ class RobotConfig:
         choice(self.inertia, key(name, "inertia"), INERTIA)
         for part in _POSES:
             finite_vector(getattr(self, part), key(name, part), 3)
+        for joint, inertia in self.rotor_inertia.items():
+            non_negative(inertia, key(name, f"rotor_inertia.{joint}"))
 
     def load(
         self, plant: MultibodyPlant, name: str = "robot", folder: Path | None = None
@@ -104,9 +118,25 @@ class RobotConfig:
             geometry=self.geometry,
             inertia=self.inertia,
         )
+        _set_rotors(plant, robot, self.rotor_inertia)
         if self.payload is not None:
             self.payload.add(plant, robot.end_effector_frame)
         return robot
+
+
+def _set_rotors(plant: MultibodyPlant, robot: LoadedRobot, inertias: Mapping[str, float]) -> None:
+    """Gives actuators the inertia that their motors have at the joint."""
+    actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices())
+    own = {
+        actuator.joint().name(): actuator
+        for actuator in actuators
+        if actuator.joint().model_instance() == robot.model_instance
+    }
+    for joint, inertia in inertias.items():
+        if joint not in own:
+            raise unknown_name(joint, "joint in robot.rotor_inertia", own)
+        own[joint].set_default_gear_ratio(1.0)
+        own[joint].set_default_rotor_inertia(inertia)
 
 
 def _pose(position: Array, attitude_deg: Array) -> RigidTransform:

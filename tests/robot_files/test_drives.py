@@ -11,7 +11,10 @@ import pytest
 from published_arms import RosArm, write_sdf
 from pydrake.multibody.plant import MultibodyPlant
 
+from geoimp_drake.arm.chain import chain_arrays
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
 
 CASES = Path(__file__).parent / "cases"
@@ -160,3 +163,20 @@ def test_a_limit_that_is_no_number_is_named(tmp_path, effort):
     match = f"effort=…> of 'joint_3' is '{effort}'; give a number"
     with pytest.raises(ConfigurationError, match=match):
         loaded(file, "tool0")
+
+
+def test_a_scenario_gives_rotor_inertias_that_the_file_does_not_have():
+    """As an FR3's: its published file has none."""
+    config = RobotConfig(file=str(CASES / "light7.urdf"), end_effector="l7", geometry="leave-out")
+    config.rotor_inertia = {"j7": 0.074, "j2": 0.195}
+    plant = MultibodyPlant(0.0)
+    robot = config.load(plant)
+    plant.Finalize()
+    model = ControlModel.of_arm(plant, robot.model_instance, robot.end_effector_frame)
+    np.testing.assert_array_equal(chain_arrays(model).rotors, [0, 0.195, 0, 0, 0, 0, 0.074])
+    config.rotor_inertia = {"j8": 0.1}
+    with pytest.raises(ConfigurationError, match=r"robot\.rotor_inertia 'j8'.*j1, j2"):
+        config.load(MultibodyPlant(0.0))
+    config.rotor_inertia = {"j1": -0.1}
+    with pytest.raises(ConfigurationError, match=r"robot\.rotor_inertia\.j1 is -0\.1"):
+        config.load(MultibodyPlant(0.0))
