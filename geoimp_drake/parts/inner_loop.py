@@ -182,11 +182,9 @@ class InnerLoop:
         if len(saturated):
             self._saturation.report(saturated, torque, now.system + self._label, now.time)
         if self._null_space.watch is not None:
-            readings = memory[self.memory.readings]
             self._null_space.check_gain(
                 memory[self.memory.posture],
-                readings[self.model.state_order[: self.model.num_joints]],
-                lambda: self._arm(readings),
+                lambda: self._arm(memory[self.memory.readings]),
                 now.system + self._label,
                 now.time,
             )

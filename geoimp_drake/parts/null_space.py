@@ -17,9 +17,6 @@ from geoimp_drake.validation import check, spd_matrix
 
 __all__ = ["NullSpace"]
 
-# Within this a posture is the one before, for the comparison of a constant K_n [rad, m].
-_SAME_POSTURE = 0.01
-
 
 class NullSpace:
     """How the null-space motion is controlled, and what is remembered of it.
@@ -76,11 +73,7 @@ class NullSpace:
         self.watch = None
         if K.any() and period is not None and n > TASK_DIMENSION:
             self.watch = GainWatch(K, (weights[1], weight is None, *limits), period)
-        self.memory = Memory(
-            start_posture=np.full(n, np.nan),
-            warned=0.0,
-            compared=np.full(n, np.nan),  # the posture with which K_n was last compared
-        )
+        self.memory = Memory(start_posture=np.full(n, np.nan), warned=0.0)
 
     def keep_start(self, memory: Array, q: Array) -> None:
         """Keeps the posture from which targets may start, if none has been kept.
@@ -93,22 +86,17 @@ class NullSpace:
             memory[self.memory.start_posture] = q
 
     def check_gain(
-        self, memory: Array, q: Array, evaluate: Callable[[], ArmState], system: str, time: float
+        self, memory: Array, evaluate: Callable[[], ArmState], system: str, time: float
     ) -> None:
-        """Warns once if a constant K_n is too large at a posture that has not been compared yet.
+        """Warns once if a constant K_n is too large at a posture.
 
         Args:
             memory: of this object, moved on.
-            q: joint positions (n,).
             evaluate: returns the arm.
             system: its name in the warning.
             time: [s].
         """
-        if self.watch is None or memory[self.memory.warned]:
-            return
-        compared = memory[self.memory.compared]
-        if not np.abs(q - compared).max() < _SAME_POSTURE:
-            compared[:] = q
+        if self.watch is not None and not memory[self.memory.warned]:
             memory[self.memory.warned] = self.watch.is_too_large(evaluate(), system, time)
 
     def evaluate_task(

@@ -102,8 +102,7 @@ class WatchedRedundantAcceleration(RedundantAcceleration):
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Warns once of a K_n that is too large."""
-        arm = now["arm"]
-        self._null_space.check_gain(memory, arm.q, lambda: arm, now.system, now.time)
+        self._null_space.check_gain(memory, lambda: now["arm"], now.system, now.time)
 
 
 def _task_acceleration(now: Now) -> Array:
