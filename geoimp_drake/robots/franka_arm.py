@@ -1,6 +1,8 @@
 """A Franka arm through its own interface, libfranka."""
 
 import contextlib
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,16 @@ from geoimp_drake.typing import Array
 __all__ = ["FR3_JOINTS", "FrankaArm"]
 
 FR3_JOINTS = tuple(f"fr3_joint{k}" for k in range(1, 8))
+
+# What takes the connection and says nothing holds libfranka, and with it this whole program, for
+# ever: Ctrl-C is not heard either. So another program asks first, and is ended when time is up.
+_ASK = """
+import sys, pylibfranka
+try:
+    pylibfranka.Robot(sys.argv[1], pylibfranka.RealtimeConfig.kIgnore).read_once()
+except Exception as error:
+    sys.exit(" ".join(str(error).split()))
+"""
 
 
 class FrankaArm:
@@ -25,6 +37,7 @@ class FrankaArm:
         joints: their names in the robot's file, from base to hand; those of an FR3 by default.
         real_time: whether the connection demands a kernel with real-time scheduling, as libfranka
             does by default.
+        patience: how long the first answer of the robot is waited for [s].
 
     Attributes:
         success_rate: lowest share of commands that came in time, as the robot counts it.
@@ -38,7 +51,12 @@ class FrankaArm:
     torque_rate = 1000.0
 
     def __init__(
-        self, address: str, joints: tuple[str, ...] = FR3_JOINTS, *, real_time: bool = False
+        self,
+        address: str,
+        joints: tuple[str, ...] = FR3_JOINTS,
+        *,
+        real_time: bool = False,
+        patience: float = 5.0,
     ):
         try:
             import pylibfranka
@@ -51,6 +69,7 @@ class FrankaArm:
             kind for name, kind in vars(pylibfranka).items() if name.endswith("Exception")
         )
         self._library, self._address, self._real_time = pylibfranka, address, real_time
+        self._patience = patience
         self.name = f"franka {address}"
         self.joints, self.success_rate = joints, 1.0
         self._robot: Any = None
@@ -61,6 +80,7 @@ class FrankaArm:
         config = self._library.RealtimeConfig
         try:
             if self._robot is None:
+                self._ask()
                 self._robot = self._library.Robot(
                     self._address, config.kEnforce if self._real_time else config.kIgnore
                 )
@@ -102,6 +122,21 @@ class FrankaArm:
             self._control.writeOnce(last)
         # The robot takes no second connection while there is this one.
         self._control = self._robot = None
+
+    def _ask(self) -> None:
+        """Raises RobotError if the robot does not answer in time."""
+        asked = [sys.executable, "-c", _ASK, self._address]
+        try:
+            ended = subprocess.run(
+                asked, stderr=subprocess.PIPE, text=True, timeout=self._patience, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise RobotError(
+                f"{self.name} does not answer within {self._patience:g} s. Is the address right, "
+                f"the robot switched on, and its network interface (FCI) active?"
+            ) from None
+        if ended.returncode:
+            raise RobotError(f"{self.name}: {ended.stderr.strip()}")
 
     def _error(self, error: Exception) -> RobotError:
         return RobotError(f"{self.name}: {' '.join(str(error).split())}")

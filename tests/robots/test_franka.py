@@ -24,7 +24,7 @@ from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.robots.drive import Drive, DriveConfig
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.franka_arm import FR3_JOINTS, FrankaArm
-from geoimp_drake.robots.robot_arm import RobotError
+from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
 SERVER = Path(__file__).resolve().parents[1] / "helpers" / "franka_server.py"
@@ -90,19 +90,17 @@ def controller() -> ControlLoop:
     return ControlLoop(plant, arm, E, config, gravity="robot", joints=FR3_JOINTS)
 
 
-def drive(
-    server: Server, loop: ControlLoop, wrench: str, *segments: MotionSegment
-) -> tuple[DriveLog, FrankaArm]:
-    arm = FrankaArm(server.address)
+def drive(arm: FrankaArm, loop: ControlLoop, wrench: str, *segments: MotionSegment) -> DriveLog:
     drive = Drive(arm, loop, DriveConfig(supervisor=PATIENT, keep=20.0, wrench=wrench))
     motion = DesiredMotion(loop.pose(drive.look().q), segments)
-    return drive.run(motion, motion.duration()), arm
+    return drive.run(motion, motion.duration())
 
 
 def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server):
     loop = controller()
     there, back = MotionSegment(2.0, [0.0, 0.1, 0.05]), MotionSegment(2.0, [0.0, -0.1, -0.05])
-    free, arm = drive(server, loop, "none", there, back, MotionSegment(0.5))
+    arm = FrankaArm(server.address)
+    free = drive(arm, loop, "none", there, back, MotionSegment(0.5))
     assert free.failure is None
     E, D = (free.values[f"motion_{frame}"][:, POSITION] for frame in "ED")
     assert np.linalg.norm(E - D, axis=1).max() < 5e-3
@@ -110,7 +108,7 @@ def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server)
     assert arm.success_rate > 0.9
 
     down, rest = MotionSegment(5.0, [0.0, 0.0, -0.16]), MotionSegment(2.5)
-    pressed, _ = drive(server, loop, "observer", down, rest)
+    pressed = drive(arm, loop, "observer", down, rest)
     assert pressed.failure is None
     E, C, D = (pressed.values[f"motion_{frame}"][:, POSITION] for frame in "ECD")
     assert np.linalg.norm(E - C, axis=1).max() < 5e-3
@@ -121,11 +119,33 @@ def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server)
     assert abs(felt - spring) < 0.1 * spring
 
 
+class Silenced(FrankaArm):
+    """Stops the robot's process after some statuses: by their count, since machines are slow."""
+
+    def __init__(self, server: Server, statuses: int):
+        super().__init__(server.address)
+        self._process, self._left = server.process, statuses
+
+    def read(self) -> RobotStatus:
+        """See `FrankaArm`."""
+        self._left -= 1
+        if self._left == 0:
+            os.kill(self._process.pid, signal.SIGSTOP)
+        return super().read()
+
+
 def test_a_robot_that_falls_silent_ends_the_drive_and_is_named(server):
     """A real one stops by itself after 20 commands that did not come."""
-    threading.Timer(4.0, lambda: os.kill(server.process.pid, signal.SIGSTOP)).start()
-    log, _ = drive(server, controller(), "none", MotionSegment(20.0, [0.0, 0.1, 0.0]))
+    arm = Silenced(server, 2000)
+    log = drive(arm, controller(), "none", MotionSegment(20.0, [0.0, 0.1, 0.0]))
     assert isinstance(log.failure, RobotError)
     assert f"franka {server.address}: " in str(log.failure)
-    assert 0 < log.ticks < 12_000
+    assert 1000 < log.ticks < 2100
     assert len(log.values["t"]) == log.ticks
+
+
+def test_what_takes_the_connection_and_says_nothing_is_named(server):
+    """It would hold libfranka, and with it the whole program, for ever."""
+    os.kill(server.process.pid, signal.SIGSTOP)
+    with pytest.raises(RobotError, match=r"does not answer within 1 s.*FCI"):
+        FrankaArm(server.address, patience=1.0).connect()
