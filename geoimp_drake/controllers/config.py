@@ -26,6 +26,7 @@ from geoimp_drake.validation import check, choice, finite_array, key, positive, 
 
 __all__ = [
     "FORMS",
+    "SCHEMES",
     "ImpedanceConfig",
     "ImpedanceControllerConfig",
     "MotionConfig",
@@ -41,6 +42,9 @@ _RATIO_TOLERANCE = 1e-6
 
 # What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
+
+# What makes E behave as the impedance says.
+SCHEMES = ("inner-loop",)
 
 
 class _Gains:
@@ -285,9 +289,11 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
+    scheme: str = "inner-loop"  # what makes E behave as the impedance says
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.scheme, key(name, "scheme"), SCHEMES)
         choice(self.form, key(name, "form"), FORMS)
         self.sampling.check_motion(key(name, "sampling"), self.motion)

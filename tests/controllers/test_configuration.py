@@ -199,6 +199,7 @@ def test_no_name_is_suggested_when_none_is_near() -> None:
         ("redundancy.damping.threshold", True, ["True", "a number"]),
         ("redundancy.task", {"kind": "none"}, ["TaskConfig", "{'kind': 'none'}"]),
         ("form", "fused", ["'fused'", "blocks, compiled"]),
+        ("scheme", "direkt", ["'direkt'", "inner-loop"]),
     ],
 )
 def test_a_value_of_another_type_is_refused_by_the_name_of_its_field(path, value, texts) -> None:
