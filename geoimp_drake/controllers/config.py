@@ -14,6 +14,7 @@ from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance,
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import AXES, Impedance
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
@@ -44,7 +45,7 @@ _RATIO_TOLERANCE = 1e-6
 FORMS = ("blocks", "compiled")
 
 # What makes E behave as the impedance says.
-SCHEMES = ("inner-loop",)
+SCHEMES = ("inner-loop", "direct")
 
 
 class _Gains:
@@ -289,7 +290,7 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
-    scheme: str = "inner-loop"  # what makes E behave as the impedance says
+    scheme: str = "inner-loop"  # or direct: the impedance is that of E itself, without that loop
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
@@ -297,3 +298,8 @@ class ImpedanceControllerConfig:
         choice(self.scheme, key(name, "scheme"), SCHEMES)
         choice(self.form, key(name, "form"), FORMS)
         self.sampling.check_motion(key(name, "sampling"), self.motion)
+
+    def make_impedance(self) -> Impedance | DirectImpedance:
+        """Returns the part that moves C."""
+        springs = self.impedance.make()
+        return DirectImpedance(springs) if self.scheme == "direct" else springs

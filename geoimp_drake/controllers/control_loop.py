@@ -10,6 +10,7 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
 from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
@@ -69,7 +70,7 @@ class ControlLoop:
             gravity=gravity,
         )
         self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
-        self.impedance = impedance
+        self.impedance = impedance if isinstance(impedance, Impedance) else impedance.springs
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")

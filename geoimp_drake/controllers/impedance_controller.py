@@ -9,12 +9,15 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
+from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems import direct_impedance
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.naming import name_after_arms
+from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check, choice
 
@@ -50,6 +53,10 @@ def make_impedance_controller(
     With `config.form` "blocks" it is a Diagram of these systems, each of which you may look at, log
     or exchange; with "compiled" it is one system with the same ports and numbers, which takes less
     time: see `geoimp_drake.parts.impedance_controller`.
+
+    With `config.scheme` "direct" the block `impedance` has no state: C is E as measured, with the
+    acceleration that makes the impedance the closed loop of E. Then `motion_control` finds no error
+    and passes that acceleration on; see `systems.direct_impedance.DirectImpedance`.
 
     The controller makes its own model of the arm and of all that is welded to it; the joints of
     other model instances that hang on the arm (a gripper's fingers) count as locked in their
@@ -117,7 +124,7 @@ def controller_parts(
     task_function: TaskFunction | None,
     *,
     gravity: str = "controller",
-) -> tuple[Impedance, InnerLoopParts]:
+) -> tuple[Impedance | DirectImpedance, InnerLoopParts]:
     """Returns the parts of the blocks; arguments and errors are those of the controller.
 
     Args:
@@ -132,17 +139,26 @@ def controller_parts(
     choice(gravity, "gravity", GRAVITY)
     has_weight = gravity == "controller"
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=has_weight)
-    impedance = config.impedance.make()
+    impedance = config.make_impedance()
     return impedance, InnerLoopParts.of(
         model, config.motion, config.sampling, config.redundancy, task_function
     )
 
 
-def _of_blocks(impedance: Impedance, arm: InnerLoopParts, sensors: WristSensors | None) -> System:
+def impedance_block(impedance: Impedance | DirectImpedance) -> PartSystem:
+    """Returns the part that moves C as a block."""
+    if isinstance(impedance, Impedance):
+        return ImpedanceIntegrator.of(impedance)
+    return direct_impedance.DirectImpedance.of(impedance)
+
+
+def _of_blocks(
+    impedance: Impedance | DirectImpedance, arm: InnerLoopParts, sensors: WristSensors | None
+) -> System:
     builder = DiagramBuilder()
-    compliant = builder.AddNamedSystem("impedance", ImpedanceIntegrator.of(impedance))
+    compliant = builder.AddNamedSystem("impedance", impedance_block(impedance))
     loop = add_inner_loop(builder, arm)
-    # C starts on the measured pose of E.
+    # C starts on the measured pose of E, or is E.
     builder.Connect(loop.outputs["measured_motion"], compliant.GetInputPort("measured_motion"))
     # The inner loop tracks C in the place of D.
     builder.Connect(compliant.GetOutputPort("compliant_motion"), loop.inputs["reference_motion"])

@@ -21,6 +21,7 @@ from geoimp_drake.laws.impedance.compliant_motion import (
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
+from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.part import Memory, Now, Output, held
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.rotations import quaternion
@@ -127,6 +128,23 @@ class Impedance:
             state = self.at_rest(now["measured_motion"], now.port("measured_motion"))
         self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
 
+    def follow(
+        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
+    ) -> None:
+        """Writes the motion of C (19,) in a whole controller, whose state is that of C.
+
+        Args:
+            now: the inputs of the controller.
+            wrench: at the end effector (6,).
+            loop: from which C starts.
+            memory: of the loop, with a reading.
+            motion: where to write (19,).
+        """
+        state = now.state
+        if not is_set(state):
+            state = self.at_rest(loop.motion(memory, now), now.port("estimated_state"))
+        self.write_motion(now, now["desired_motion"], wrench, state, motion)
+
     def write_motion(
         self, now: Now, desired: Array, wrench: Array, state: Array, motion: Array
     ) -> None:
@@ -174,6 +192,10 @@ class Impedance:
             motion: of C (19,).
         """
         state[:] = motion[:FRAME_STATE_SIZE]
+        self.remember(memory, now, motion)
+
+    def remember(self, memory: Array, now: Now, motion: Array) -> None:
+        """Keeps the motion of C (19,) in the memory; warns once if its family comes to its end."""
         memory[self.memory.last] = motion
         if self._has_conditioning and not memory[self.memory.reported]:
             self._watch_conditioning(memory, now, motion[QUATERNION])

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
-from geoimp_drake.parts.signals import is_set
+from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
@@ -30,6 +30,8 @@ class _Found:
 class ImpedanceController:
     """Makes the end effector of an arm compliant: `ImpedanceIntegrator` and the inner loop.
 
+    With a direct impedance it has no continuous state: C is then E as measured.
+
     Ports, laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls
     from C++ into Python.
 
@@ -44,7 +46,12 @@ class ImpedanceController:
             domain of an orientation law.
     """
 
-    def __init__(self, impedance: Impedance, loop: InnerLoop, sensor: WristSensors | None = None):
+    def __init__(
+        self,
+        impedance: Impedance | DirectImpedance,
+        loop: InnerLoop,
+        sensor: WristSensors | None = None,
+    ):
         self._impedance, self._loop, self._sensor = impedance, loop, sensor
         n = loop.model.num_joints
         self.models = [loop.model]
@@ -57,7 +64,9 @@ class ImpedanceController:
         reading, found, torque = ("memory", "estimated_state"), "found", ("found", "time")
         self.found_of = "state", "memory", *self.inputs
         self.inputs |= {} if sensor is None else sensor.plant_inputs
-        self.state = impedance.state
+        if isinstance(impedance, Flows):
+            self.state, self.rate = impedance.state, self._rate
+            self._write_rate = impedance.write_rate
         self.memory = Memory(
             arm=loop.memory,
             impedance=impedance.memory,
@@ -117,13 +126,8 @@ class ImpedanceController:
         """Writes the motion of C."""
         found.memory = memory = self._remembered(now)
         found.wrench = now["wrench"] if self._sensor is None else memory[self._sensed]
-        state = now.state
-        if not is_set(state):
-            measured = np.empty(FRAME_MOTION_SIZE)
-            self._loop.write_motion(memory[self.memory.arm], now, measured)
-            state = self._impedance.at_rest(measured, now.port("estimated_state"))
-        desired = now["desired_motion"]
-        self._impedance.write_motion(now, desired, found.wrench, state, found.motion)
+        arm = memory[self.memory.arm]
+        self._impedance.follow(now, found.wrench, self._loop, arm, found.motion)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; compares the torques with the limits."""
@@ -131,11 +135,11 @@ class ImpedanceController:
         torque = now.output("actuation")
         self._loop.compare_with_limits(memory[self.memory.arm], torque, now)
 
-    def rate(self, now: Now, rate: Array) -> None:
+    def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
         found = _Found()
         self.find(now, found)
-        self._impedance.write_rate(found.motion, rate)
+        self._write_rate(found.motion, rate)
 
     def _read(self, memory: Array, now: Now) -> None:
         self._loop.sample(memory[self.memory.arm], now)

@@ -122,6 +122,12 @@ class InnerLoop:
         if not self._measured(self.model.state_order, reading, motion, *self._dynamics.chain):
             self._check_reading(memory, now)
 
+    def motion(self, memory: Array, now: Now) -> Array:
+        """Returns what `write_motion` writes (19,)."""
+        motion = np.empty(FRAME_MOTION_SIZE)
+        self.write_motion(memory, now, motion)
+        return motion
+
     def write_torque(
         self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
     ) -> tuple[Array, float]:
@@ -200,10 +206,8 @@ class InnerLoop:
         check_signal(reading, now.port(self._port))
 
     def _check_domain(self, now: Now, memory: Array, reference: Array) -> None:
-        motion = np.empty(FRAME_MOTION_SIZE)
-        self.write_motion(memory, now, motion)
         port = now.port(self._names["reference_motion"])
-        self._motion.check(reference, motion[QUATERNION], port)
+        self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
 
     def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> None:
         try:

@@ -65,11 +65,12 @@ class Case:
     options: dict[str, Any] = field(default_factory=dict)
     family: str = "quaternion"
     tracking: str = "quaternion"
+    scheme: str = "inner-loop"
 
     def config(self, form: str) -> ImpedanceControllerConfig:
         config = quick_config(self.velocity)
         config.redundancy = RedundancyConfig(**self.redundancy)
-        config.form = form
+        config.form, config.scheme = form, self.scheme
         config.impedance.orientation, config.motion.orientation = self.family, self.tracking
         return config
 
@@ -102,6 +103,8 @@ CASES = {
     "damped": Case(7, redundancy={"damping": SingularityDamping(1.0, 0.3)}),
     **{f"family {name}": Case(family=name) for name in FAMILIES if name != "quaternion"},
     **{f"law {name}": Case(tracking=name) for name in ORIENTATION_LAWS if name != "quaternion"},
+    "direct": Case(scheme="direct"),
+    "seven, direct, other law": Case(7, family="classical-euler", scheme="direct"),
     "seven, other laws": Case(7, family="angle-axis-sin", tracking="alternative-euler"),
 }
 every_case = pytest.mark.parametrize("name", CASES)

@@ -51,6 +51,7 @@ from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
 from geoimp_drake.systems.cooperation.grasp_monitor import GraspMonitor
 from geoimp_drake.systems.cooperation.internal_impedance import InternalImpedance
 from geoimp_drake.systems.cooperation.reference_hold import ReferenceHold
+from geoimp_drake.systems.direct_impedance import DirectImpedance
 from geoimp_drake.systems.hand_over import HandOver
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
@@ -111,6 +112,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
+    DirectImpedance: (lambda: DirectImpedance(make_impedance().part), 0),
     DesiredMotion: (lambda: DesiredMotion(RigidTransform()), 0),
     ExternalWrench: (lambda: ExternalWrench(six_joint_plant()[2], WrenchRamp()), 0),
     ForceTorqueSensor: (held_sensor, 1),

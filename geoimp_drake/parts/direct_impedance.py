@@ -1,0 +1,50 @@
+"""The six-DOF impedance of E itself: C is E as measured, and nothing is integrated."""
+
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.part import Now, Output
+from geoimp_drake.typing import Array
+
+__all__ = ["DirectImpedance"]
+
+
+class DirectImpedance:
+    """The part of `systems.direct_impedance.DirectImpedance`.
+
+    Args:
+        springs: whose law is evaluated with the motion of E in the place of the state of C.
+
+    Attributes:
+        springs: the same.
+    """
+
+    def __init__(self, springs: Impedance):
+        self.springs = springs
+        self.inputs, self.memory = springs.inputs, springs.memory
+        self.displacement, self.energy = springs.displacement, springs.energy
+        self.check_start = springs.check_start
+        _, *others = springs.outputs
+        motion = Output("compliant_motion", FRAME_MOTION_SIZE, self._write, tuple(self.inputs))
+        self.outputs = motion, *others
+
+    def begin(self, memory: Array, state: Array, now: Now) -> None:
+        """Keeps the motion of C as a step begins."""
+        self.keep(memory, state, now, now.output("compliant_motion"))
+
+    def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
+        """Does what `Impedance.keep` does, but for the state, of which there is none."""
+        self.springs.remember(memory, now, motion)
+
+    def follow(
+        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
+    ) -> None:
+        """Writes the motion of C in a whole controller; arguments as of `Impedance.follow`."""
+        self._write_of(now, wrench, loop.motion(memory, now), motion)
+
+    def _write(self, now: Now, motion: Array) -> None:
+        self._write_of(now, now["wrench"], now["measured_motion"], motion)
+
+    def _write_of(self, now: Now, wrench: Array, measured: Array, motion: Array) -> None:
+        state = measured[:FRAME_STATE_SIZE]
+        self.springs.write_motion(now, now["desired_motion"], wrench, state, motion)
