@@ -38,6 +38,7 @@ class ControlLoop:
         task_function: of a redundant arm, in the place of the configured one.
 
     Attributes:
+        config: gains, orientation family and sampling.
         model: the arm; it has no weight if the robot holds it.
         impedance: of the end effector.
         joints: the order of q, v and torques.
@@ -60,7 +61,7 @@ class ControlLoop:
         joints: Sequence[str] | None = None,
         task_function: TaskFunction | None = None,
     ):
-        config = config or ImpedanceControllerConfig()
+        self.config = config = config or ImpedanceControllerConfig()
         impedance, arm = controller_parts(
             plant,
             model_instance,

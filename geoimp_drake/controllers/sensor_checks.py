@@ -11,7 +11,7 @@ from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
 
-__all__ = ["check_sensor", "sampled_loop", "warn_of_sensed_inertia"]
+__all__ = ["check_sensor", "linear_gains", "sampled_loop", "warn_of_sensed_inertia"]
 
 _log = logging.getLogger("drake")
 
@@ -124,8 +124,23 @@ def sampled_loop(
         follows: whether the load of C's motion is removed.
         hands: how many carry what has this impedance.
     """
+    gains = linear_gains(impedance, motion, seen.R_WE, hands)
+    return SampledLoop(seen.mobility, seen.tool, *gains, step, follows)
+
+
+def linear_gains(
+    impedance: ImpedanceConfig, motion: MotionConfig, R_WE: Array, hands: int = 1
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Returns M⁻¹, D, K, K_D, K_P for small motions (6×6 each) at E in W; M⁻¹ is zero where C is D.
+
+    Args:
+        impedance: of what the hands carry.
+        motion: of the inner loop.
+        R_WE: orientation of the end effector (3×3).
+        hands: how many carry what has this impedance.
+    """
     mass, damping, stiffness = (
-        _block_diagonal(seen.R_WE @ rotation @ seen.R_WE.T, translation) / hands
+        _block_diagonal(R_WE @ rotation @ R_WE.T, translation) / hands
         for rotation, translation in zip(
             impedance.gains("rotation"), impedance.gains("translation"), strict=True
         )
@@ -133,16 +148,12 @@ def sampled_loop(
     free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]
     # The quaternion law's ε is half of a small angle; the others' displacements are all of it.
     K_Po = motion.K_Po * (0.5 if motion.orientation == "quaternion" else 1.0)
-    return SampledLoop(
-        seen.mobility,
-        seen.tool,
+    return (
         np.linalg.inv(mass) * np.repeat(free, 3)[:, None],
         damping,
         stiffness,
         np.diag(np.repeat([motion.K_Do, motion.K_Dp], 3)),
         np.diag(np.repeat([K_Po, motion.K_Pp], 3)),
-        step,
-        follows,
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.controllers.observer_checks import warn_of_late_torque
 from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.laws.compositions.momentum_observation import external_wrench
 from geoimp_drake.laws.frame_motion import is_finite
@@ -94,10 +95,17 @@ class Drive:
     def look(self) -> RobotStatus:
         """Connects; returns a status, and commands nothing.
 
+        If torques that act a tick late would make the arm unstable here, a warning says so.
+
         Raises:
             RobotError: the robot does not answer, or is not of this arm.
         """
-        return _check_status(self._robot.connect(), self._robot, self._loop)
+        loop = self._loop
+        status = _check_status(self._robot.connect(), self._robot, loop)
+        if self._observer is not None and self._robot.real_time:
+            q = loop.joints.from_base(status.q)
+            warn_of_late_torque(loop.model, q, loop.config, self._config.observer)
+        return status
 
     def run(self, motion: _Motion, duration: float) -> DriveLog:
         """Drives the robot; returns what was logged, whatever ended it.

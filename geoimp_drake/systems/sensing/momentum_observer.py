@@ -17,8 +17,9 @@ class MomentumObserver(PartSystem):
         ṙ = K (τ_ext − r),   h = −(JJᵀ)⁻¹ J r,   p = B q̇.
 
     A joint's own friction, and an error of the model, count as external torques; what they are at
-    rest is subtracted by `tare`. The wrench is behind the true one by 1/K and a sample: an
-    impedance with little mass that is fed with it may ring, see `docs/howto/on_a_robot.md`.
+    rest is subtracted by `tare`. The wrench is behind the true one by 1/K and a sample. If `torque`
+    is not the one that acted, but a tick off, an impedance with little mass is unstable: see
+    `controllers.observer_checks.warn_of_late_torque`.
 
     Source: A. De Luca, R. Mattone (2003); see `geoimp_drake.laws.sensing.momentum_observer`.
 
