@@ -43,6 +43,8 @@ class ControlModel:
         end_effector: the frame E in it.
         viscous_friction: F of (2.2), one per joint [Nm s/rad or N s/m].
         effort_limits: of the actuators, one per joint [Nm or N].
+        position_limits: lower and upper ones of the joints (2, n) [rad or m].
+        velocity_limits: the same of the velocities (2, n) [rad/s or m/s].
         joint_names: from the base to the hand, the order of every vector of this model.
         state_order: where this model's [q; v] stand in the state of the model instance.
         actuation_order: which joint each actuator of the model instance drives.
@@ -53,6 +55,8 @@ class ControlModel:
     end_effector: Frame
     viscous_friction: Array
     effort_limits: Array
+    position_limits: Array
+    velocity_limits: Array
     joint_names: tuple[str, ...]
     state_order: Array
     actuation_order: Array
@@ -120,6 +124,8 @@ class ControlModel:
             end_effector=E,
             viscous_friction=np.array([joint.default_damping() for joint, _ in chain]),
             effort_limits=np.array([actuator.effort_limit() for actuator in actuators]),
+            position_limits=_limits_of(chain, "position"),
+            velocity_limits=_limits_of(chain, "velocity"),
             joint_names=tuple(joint.name() for joint, _ in chain),
             state_order=_state_order(plant, model_instance, chain),
             actuation_order=_actuation_order(plant, model_instance, chain),
@@ -215,6 +221,16 @@ def _actuators_of(
             f"plant.AddJointActuator(name, joint) before Finalize()."
         )
     return [by_joint[joint.index()] for joint, _ in chain]
+
+
+def _limits_of(chain: Chain, quantity: str) -> Array:
+    """Returns the lower and upper limits of the joints' `position` or `velocity` (2, n)."""
+    return np.array(
+        [
+            [getattr(joint, f"{quantity}_{side}_limits")()[0] for joint, _ in chain]
+            for side in ("lower", "upper")
+        ]
+    )
 
 
 def _state_order(plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: Chain) -> Array:

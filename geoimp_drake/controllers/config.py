@@ -16,6 +16,7 @@ from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAW
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import AXES, Impedance
+from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
@@ -124,6 +125,10 @@ class ImpedanceConfig:
         """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
         gains: _Gains = getattr(self, part)
         return gains.matrices(f"impedance.{part}")
+
+    def masses(self) -> Array:
+        """Returns M_o and M_p (2, 3, 3)."""
+        return np.array([self.gains(part)[0] for part in ("rotation", "translation")])
 
     def natural_period(self) -> float:
         """Returns the shortest √(M/K) of what is compliant, infinite if nothing is [s]."""
@@ -290,6 +295,7 @@ class ImpedanceControllerConfig:
     motion: MotionConfig = field(default_factory=MotionConfig)
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
+    limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
     scheme: str = "inner-loop"  # or direct: the impedance is that of E itself, without that loop
     form: str = "blocks"  # or compiled: one system, which is faster
 

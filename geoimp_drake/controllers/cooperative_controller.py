@@ -176,7 +176,7 @@ def cooperative_parts(
     held = ObjectParts.of(config, plant.gravity_field().gravity_vector(), internal)
     redundancies = config.redundancy_1, config.redundancy_2
     return held, [
-        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, task)
+        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, None, None, task)
         for model, redundancy, task in zip(models, redundancies, task_functions, strict=True)
     ]
 

@@ -141,7 +141,13 @@ def controller_parts(
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=has_weight)
     impedance = config.make_impedance()
     return impedance, InnerLoopParts.of(
-        model, config.motion, config.sampling, config.redundancy, task_function
+        model,
+        config.motion,
+        config.sampling,
+        config.redundancy,
+        config.limits,
+        config.impedance.masses(),
+        task_function,
     )
 
 

@@ -7,6 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.joint_limits import JointLimits, LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
@@ -16,6 +17,7 @@ from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
 from geoimp_drake.task_functions.task_function import TaskFunction
+from geoimp_drake.typing import Array
 
 __all__ = ["InnerLoopParts", "InnerLoopPorts", "add_inner_loop", "make_inner_loop"]
 
@@ -28,6 +30,7 @@ class InnerLoopParts:
     readings: Readings
     motion: MotionControl
     null_space: NullSpace
+    limits: JointLimits
 
     @staticmethod
     def of(
@@ -35,6 +38,8 @@ class InnerLoopParts:
         motion: MotionConfig,
         sampling: SamplingConfig,
         redundancy: RedundancyConfig,
+        limits: LimitsConfig | None = None,
+        masses: Array | None = None,
         task_function: TaskFunction | None = None,
     ) -> "InnerLoopParts":
         """Returns the parts.
@@ -43,18 +48,21 @@ class InnerLoopParts:
             model: the arm.
             motion: of the motion loop.
             sampling: of the readings.
-            redundancy: of the null-space motion.
+            redundancy: of the null-space motion, and of the damping near singularities.
+            limits: how the joints' limits are kept; None for not at all.
+            masses: M_o and M_p of the impedance (2, 3, 3); unit matrices by default.
             task_function: in the place of the configured one.
 
         Raises:
             ConfigurationError: a configuration cannot be used for the arm.
         """
         null_space = redundancy.make(model, task_function, sampling.period)
-        return InnerLoopParts(model, sampling.make(model), motion.make(), null_space)
+        kept = JointLimits(model, limits, masses, redundancy.damping)
+        return InnerLoopParts(model, sampling.make(model), motion.make(), null_space, kept)
 
     def loop(self, arm: int = 0) -> InnerLoop:
         """Returns the one part; `arm` is the number of the arm if there are several."""
-        return InnerLoop(self.model, self.readings, self.motion, self.null_space, arm)
+        return InnerLoop(self.model, self.readings, self.motion, self.null_space, self.limits, arm)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The six-DOF impedance of E itself: C is E as measured, and nothing is integrated."""
 
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
+from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.part import Now, Output
@@ -21,7 +22,9 @@ class DirectImpedance:
 
     def __init__(self, springs: Impedance):
         self.springs = springs
-        self.inputs, self.memory = springs.inputs, springs.memory
+        # What the limits leave undone needs no place: the impedance starts from E at each instant.
+        self.inputs = {name: size for name, size in springs.inputs.items() if name != "slack"}
+        self.memory = springs.memory
         self.displacement, self.energy = springs.displacement, springs.energy
         self.check_start = springs.check_start
         _, *others = springs.outputs
@@ -30,11 +33,11 @@ class DirectImpedance:
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Keeps the motion of C as a step begins."""
-        self.keep(memory, state, now, now.output("compliant_motion"))
+        self.keep(memory, state, now, now.output("compliant_motion"), NO_SLACK)
 
-    def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
+    def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
         """Does what `Impedance.keep` does, but for the state, of which there is none."""
-        self.springs.remember(memory, now, motion)
+        self.springs.remember(memory, now, motion, slack)
 
     def follow(
         self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array

@@ -23,6 +23,7 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
+from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.object_load import LoadArguments
@@ -216,7 +217,7 @@ class HeldObject:
         C, hands = found.motions[COMPLIANT], found.motions[HANDS]
         state[:] = found.state
         place = memory[self.memory.impedance]
-        self._impedance.keep(place, state[self.state.compliant], now, C)
+        self._impedance.keep(place, state[self.state.compliant], now, C, NO_SLACK)
         memory[self.memory.grasp] = found.pose
         memory[self.memory.reference_1], memory[self.memory.reference_2] = hands
 

@@ -7,6 +7,7 @@ import numpy as np
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws.frame_motion import (
+    ACCELERATION,
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
     POSITION,
@@ -20,9 +21,10 @@ from geoimp_drake.laws.impedance.compliant_motion import (
     has_diverged,
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
+from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import Memory, Now, Output, held
+from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
@@ -38,7 +40,6 @@ _log = logging.getLogger("drake")
 _ILL_CONDITIONED = 10.0
 
 _UNSCALED = np.ones(2)
-
 # What to do if the motion diverges.
 _REMEDY = (
     "The integration step must stay well below M/D; shorten the simulator's max_step_size, or "
@@ -73,6 +74,7 @@ class Impedance:
         self._rotation = rotation
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
+        self._translates = axes in ("both", "translation")
         self._energies = Energies(self._M_p, self._D_p, self._K_p, rotation, self._K_c)
         self.family_law, self.family_name = rotation.law, rotation.name
         self._law = compiled(compliant_motion(self.family_law))
@@ -81,7 +83,7 @@ class Impedance:
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
             np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
             np.zeros((3, 3)) if self._K_c is None else self._K_c,
-            np.array([axes in ("both", "translation"), self._rotates, self._K_c is not None]),
+            np.array([self._translates, self._rotates, self._K_c is not None]),
         )
         self.has_domain = self._rotates and rotation.has_domain
         self._has_conditioning = self._rotates and rotation.has_conditioning
@@ -90,11 +92,15 @@ class Impedance:
             "wrench": 6,
             "measured_motion": FRAME_MOTION_SIZE,
             "stiffness_scale": 2,
+            "slack": 6,
         }
         # Zero, quaternion included: C has not started.
         self.state = Memory(frame=np.zeros(FRAME_STATE_SIZE))
-        self.memory = Memory(last=AT_REST, reported=0.0)
-        signals = ("state", *self.inputs)
+        self._back = HoldBack((self._rotates, self._translates))
+        self.memory = Memory(last=AT_REST, reported=0.0, held=self._back.memory)
+        self._slack = nested(self.memory.held, self._back.memory.slack)
+        self._last_acceleration = nested(self.memory.last, ACCELERATION)
+        signals = "state", "desired_motion", "wrench", "measured_motion", "stiffness_scale"
         self.outputs = (
             Output("compliant_motion", FRAME_MOTION_SIZE, self.find, signals),
             held("last_compliant_motion", self.memory.last),
@@ -180,23 +186,35 @@ class Impedance:
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or keeps its normalized quaternion."""
-        self.keep(memory, state, now, now.output("compliant_motion"))
+        slack = now["slack"] if now.has("slack") else NO_SLACK
+        self.keep(memory, state, now, now.output("compliant_motion"), slack)
 
-    def keep(self, memory: Array, state: Array, now: Now, motion: Array) -> None:
-        """Keeps the motion of C as a step begins.
+    def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
+        """Keeps the motion of C as a step begins, and what it is held back by.
 
         Args:
             memory: of this part, moved on.
             state: of this part, moved on.
             now: the inputs.
             motion: of C (19,).
+            slack: acceleration of E that the limits leave undone (6,).
         """
         state[:] = motion[:FRAME_STATE_SIZE]
-        self.remember(memory, now, motion)
+        if self._back.acts(memory[self.memory.held], slack):
+            self._hold(memory, now, motion, slack)
+        self.remember(memory, now, motion, memory[self._slack])
 
-    def remember(self, memory: Array, now: Now, motion: Array) -> None:
-        """Keeps the motion of C (19,) in the memory; warns once if its family comes to its end."""
+    def remember(self, memory: Array, now: Now, motion: Array, slack: Array) -> None:
+        """Keeps the motion of C in the memory; warns once if its family comes to its end.
+
+        Args:
+            memory: of this part, moved on.
+            now: the inputs.
+            motion: of C (19,).
+            slack: what is added to its acceleration (6,).
+        """
         memory[self.memory.last] = motion
+        memory[self._last_acceleration] += slack
         if self._has_conditioning and not memory[self.memory.reported]:
             self._watch_conditioning(memory, now, motion[QUATERNION])
 
@@ -205,6 +223,29 @@ class Impedance:
         motion = np.zeros(FRAME_MOTION_SIZE)
         self.find(now, motion)
         self.write_rate(motion, rate)
+        self.hold_back(now.memory, rate)
+
+    def hold_back(self, memory: Array, rate: Array) -> None:
+        """Adds to the derivative of C's state what C is held back by.
+
+        Args:
+            memory: of this part.
+            rate: (13,).
+        """
+        rate[VELOCITY] += memory[self._slack]
+
+    def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:
+        """Keeps what C is held back by from now on."""
+        energy = ImpedanceEnergy(self.energy(now, C, NO_SLACK))
+        gained = energy.translational_dissipated_power + energy.rotational_dissipated_power
+        held = memory[self.memory.held]
+        self._back.keep(held, slack, C[VELOCITY], self._mass(C), gained, now.time)
+
+    def _mass(self, C: Array) -> Array:
+        """Returns the mass matrix in W (6, 6), M_o turned with C (19,)."""
+        R_WC, M = quaternion.to_rotation(C[QUATERNION]), np.zeros((6, 6))
+        M[:3, :3], M[3:, 3:] = R_WC @ self._rotation.M_o @ R_WC.T, self._M_p
+        return M
 
     def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:
         conditioning = self._rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)

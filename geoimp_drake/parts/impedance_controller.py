@@ -9,6 +9,7 @@ from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.joint_limits import SLACK, Limited
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
@@ -18,13 +19,17 @@ __all__ = ["ImpedanceController"]
 
 
 class _Found:
-    """The motion of C (19), and the memory and the wrench from which it follows."""
+    """The motion of C (19), the memory and the wrench from which it follows, and the torques.
 
-    __slots__ = ("memory", "motion", "wrench")
+    The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
+    """
+
+    __slots__ = ("memory", "motion", "reports", "time", "u", "wrench")
 
     def __init__(self) -> None:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
-        self.memory = self.wrench = NOTHING
+        self.memory = self.wrench = self.u = NOTHING
+        self.time, self.reports = np.nan, (NOTHING, 0.0, NOTHING)
 
 
 class ImpedanceController:
@@ -66,10 +71,11 @@ class ImpedanceController:
         self.inputs |= {} if sensor is None else sensor.plant_inputs
         if isinstance(impedance, Flows):
             self.state, self.rate = impedance.state, self._rate
-            self._write_rate = impedance.write_rate
+            self._write_rate, self._hold_back = impedance.write_rate, impedance.hold_back
         self.memory = Memory(
             arm=loop.memory,
             impedance=impedance.memory,
+            limited=np.zeros(len(Limited.get_fields())),
             sensor=Memory() if sensor is None else sensor.memory,
         )
         self._sensed = slice(0)
@@ -93,6 +99,7 @@ class ImpedanceController:
             ),
             held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
             held("last_compliant_motion", self._last),
+            held("limited", self.memory.limited),
             # With six joints it is wanted near a singularity, where there may be no torque.
             Output("smallest_singular_value", 1, self._write_singular_value, reading),
             Output("null_space_error", n, self._write_error, torque),
@@ -125,21 +132,26 @@ class ImpedanceController:
     def find(self, now: Now, found: _Found) -> None:
         """Writes the motion of C."""
         found.memory = memory = self._remembered(now)
+        found.time = np.nan
         found.wrench = now["wrench"] if self._sensor is None else memory[self._sensed]
         arm = memory[self.memory.arm]
         self._impedance.follow(now, found.wrench, self._loop, arm, found.motion)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion; compares the torques with the limits."""
-        self._impedance.keep(memory[self.memory.impedance], state, now, now.found.motion)
-        torque = now.output("actuation")
-        self._loop.compare_with_limits(memory[self.memory.arm], torque, now)
+        """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
+        found = self._resolved(now)
+        *_, memory[self.memory.limited] = found.reports
+        slack = memory[self.memory.limited][SLACK]
+        place = memory[self.memory.impedance]
+        self._impedance.keep(place, state, now, found.motion, slack)
+        self._loop.compare_with_limits(memory[self.memory.arm], found.u, now)
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
         found = _Found()
         self.find(now, found)
         self._write_rate(found.motion, rate)
+        self._hold_back(found.memory[self.memory.impedance], rate)
 
     def _read(self, memory: Array, now: Now) -> None:
         self._loop.sample(memory[self.memory.arm], now)
@@ -162,7 +174,7 @@ class ImpedanceController:
         return Within(now, {}, given, memory[self.memory.sensor], place=1)
 
     def _write_torque(self, now: Now, u: Array) -> None:
-        self._torque(now, u)
+        u[:] = self._resolved(now).u
 
     def _write_measured(self, now: Now, motion: Array) -> None:
         self._loop.write_motion(self._remembered(now)[self.memory.arm], now, motion)
@@ -178,22 +190,20 @@ class ImpedanceController:
         value[:] = self._loop.smallest_singular_value(memory, now)
 
     def _write_error(self, now: Now, error: Array) -> None:
-        error[:], _ = self._report(now)
+        # With six joints it is zero, even at a singularity.
+        error[:] = self._resolved(now).reports[0] if self._loop.is_redundant else 0.0
 
     def _write_task_value(self, now: Now, value: Array) -> None:
-        _, value[:] = self._report(now)
+        value[:] = self._resolved(now).reports[1] if self._loop.is_redundant else 0.0
 
-    def _report(self, now: Now) -> tuple[Array, float]:
-        """Returns e_n and w, both zero for six joints, even at a singularity."""
-        n = self._loop.model.num_joints
-        if not self._loop.is_redundant:
-            return np.zeros(n), 0.0
-        return self._torque(now, np.empty(n))
-
-    def _torque(self, now: Now, u: Array) -> tuple[Array, float]:
+    def _resolved(self, now: Now) -> _Found:
+        """Returns what has been found, with torques of this time."""
         found: _Found = now.found
-        arm = found.memory[self.memory.arm]
-        return self._loop.write_torque(now, arm, found.motion, found.wrench, u)
+        if found.time != now.time:
+            arm, u = found.memory[self.memory.arm], np.empty(self._loop.model.num_joints)
+            found.reports = self._loop.write_torque(now, arm, found.motion, found.wrench, u)
+            found.time, found.u = now.time, u
+        return found
 
 
 def _write_motion(now: Now, motion: Array) -> None:

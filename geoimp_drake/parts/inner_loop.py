@@ -10,10 +10,18 @@ from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
-from geoimp_drake.laws.compositions.arm_torque import arm_torque, redundant_arm_torque
+from geoimp_drake.laws.compositions.arm_torque import (
+    BOUND,
+    UNUSABLE,
+    arm_torque,
+    redundant_arm_torque,
+)
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
+from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
+from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
+from geoimp_drake.parts.joint_limits import JointLimits, Limited
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
@@ -40,6 +48,7 @@ class InnerLoop:
         readings: how the joints are read.
         motion: gains and law of the motion loop.
         null_space: of an arm of more than six joints.
+        limits: of the arm.
         arm: its number where there are several, from one on; then the inputs' names end with it.
 
     Attributes:
@@ -56,6 +65,7 @@ class InnerLoop:
         readings: Readings,
         motion: MotionControl,
         null_space: NullSpace,
+        limits: JointLimits,
         arm: int = 0,
     ):
         n = model.num_joints
@@ -71,13 +81,14 @@ class InnerLoop:
         )
         self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
-        self._law: Callable[..., bool] = compiled(
+        self._limits, self._unlimited = limits, np.zeros(len(Limited.get_fields()))
+        self._law: Callable[..., int] = compiled(
             redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
         )
         self._dynamics = ChainDynamics(model)
         self._constants = model.state_order, model.actuation_order, *motion.gains
         self._none = np.zeros(n)
-        self._measured = compiled(measured_motion)
+        self._measured, self._actuation = compiled(measured_motion), compiled(actuation)
 
     def new_workspace(self) -> Scratch:
         """Returns a context of the model's plant."""
@@ -130,8 +141,8 @@ class InnerLoop:
 
     def write_torque(
         self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
-    ) -> tuple[Array, float]:
-        """Writes the torques; returns e_n and w, both zero for six joints.
+    ) -> tuple[Array, float, Array]:
+        """Writes the torques; returns e_n and w, both zero for six joints, and `Limited`.
 
         Args:
             now: has the time and the ports' names.
@@ -149,8 +160,7 @@ class InnerLoop:
             self._check_domain(now, memory, reference)
         signals = memory[self.memory.readings], reference, wrench, u
         if not self.is_redundant:
-            self._resolve(now, signals)
-            return self._none, 0.0
+            return self._none, 0.0, self._resolve(now, signals)
         error = np.empty_like(self._none)
         x = signals[0][self.model.state_order]
         task = self._null_space.evaluate_task(
@@ -160,8 +170,8 @@ class InnerLoop:
             lambda: self._dynamics.evaluate(None, x),
         )
         terms = task.gradient, task.gradient_rate, error, *self._null_space.arguments
-        self._resolve(now, signals, *terms)
-        return error, task.value
+        limited = self._resolve(now, signals, *terms)
+        return error, task.value, limited
 
     def smallest_singular_value(self, memory: Array, now: Now) -> float:
         """Returns that of the Jacobian of E, in rad and m.
@@ -209,13 +219,33 @@ class InnerLoop:
         port = now.port(self._names["reference_motion"])
         self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
 
-    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> None:
+    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> Array:
+        """Writes the torques; returns `Limited`."""
+        arguments = *self._constants, *signals, *self._limits.arguments
         try:
-            if not self._law(*self._constants, *signals, *terms, *self._dynamics.chain):
-                self._check(now, *signals[:3])
+            outcome = self._law(*arguments, *terms, *self._dynamics.chain)
         except np.linalg.LinAlgError:
             check_regular(self._jacobian(signals[0]))
             raise
+        if outcome == UNUSABLE:
+            self._check(now, *signals[:3])
+        return self._constrain(now, signals, terms) if outcome == BOUND else self._unlimited
+
+    def _constrain(self, now: Now, signals: tuple[Array, ...], terms: tuple) -> Array:
+        """Writes torques within the limits; returns `Limited`."""
+        readings, reference, h, u = signals
+        arm = self._arm(readings)
+        a = self._motion.acceleration(reference, arm)
+        alpha_0 = self._none
+        if self.is_redundant:
+            J_pinv, alpha_n, terms[2][:] = self._dynamics.null_space(
+                None, arm, terms[:2], self._null_space.arguments
+            )
+            alpha_0 = redundant_acceleration(J_pinv, a, arm.Jdot_v, alpha_n)
+        alpha, limited = self._limits.constrained(arm, h, a, alpha_0)
+        order = self.model.actuation_order
+        self._actuation(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u)
+        return limited
 
     def _check(self, now: Now, readings: Array, reference: Array, wrench: Array) -> None:
         """Raises SignalError, with the port's name, if the law cannot use a signal."""

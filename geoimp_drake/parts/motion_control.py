@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
 from geoimp_drake.laws.impedance.families import make_family
@@ -62,6 +63,17 @@ class MotionControl:
         check_frame_motion(reference, port)
         if self.has_domain:
             self._family.check_domain(reference[QUATERNION], Q_WE)
+
+    def acceleration(self, reference: Array, arm: ArmState) -> Array:
+        """Returns the task acceleration a (6,) of (2.9), (2.15).
+
+        Args:
+            reference: motion of the frame to be tracked (19,), in the domain of the law.
+            arm: the arm.
+        """
+        a = np.full(6, np.nan)
+        self._law(reference, arm.Q_WE, arm.p_WE, arm.V_WE, *self.gains, a)
+        return a
 
     def _write(self, now: Now, a: Array) -> None:
         arm, motion = now["arm"], now["reference_motion"]

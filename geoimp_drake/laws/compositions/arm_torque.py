@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.compilation.small_arrays import sized, stored
 from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
 from geoimp_drake.laws.dynamics.serial_chain import (
     ChainArrays,
@@ -24,18 +24,23 @@ from geoimp_drake.laws.dynamics.serial_chain import (
     chain_posture,
 )
 from geoimp_drake.laws.frame_motion import is_finite
+from geoimp_drake.laws.limits.acceleration_box import limits_bind
 from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import resolved_acceleration
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import singular_value_or_bound
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
 from geoimp_drake.rotations.quaternion import from_rotation
 from geoimp_drake.typing import Array
 
-__all__ = ["arm_torque", "redundant_arm_torque"]
+__all__ = ["BOUND", "DONE", "UNUSABLE", "arm_torque", "redundant_arm_torque"]
+
+# What a law returns: a signal is not finite, the torques are written, or a limit binds.
+UNUSABLE, DONE, BOUND = 0, 1, 2
 
 
 @cache
-def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., bool]:
+def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., int]:
     """Returns the law of an arm of six joints.
 
     Args:
@@ -52,9 +57,11 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., bool]:
         reference: Array,
         h: Array,
         u: Array,
+        limits: Array,
+        settings: Array,
         *arm: Array,
-    ) -> bool:
-        """Writes the torques of a six-joint arm; returns False if a signal is not finite.
+    ) -> int:
+        """Writes the torques of a six-joint arm; returns what became of them.
 
         Args:
             order: of the reading (12,).
@@ -65,6 +72,8 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., bool]:
             reference: motion of the frame to be tracked (19,).
             h: wrench by the end effector on the environment (6,) [Nm, N].
             u: τ (6,), where to write [Nm, N].
+            limits: see `acceleration_box` (5, 6).
+            settings: see `constrained_acceleration`.
             arm: its constants.
 
         Raises:
@@ -73,23 +82,28 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., bool]:
         x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
         q, v = x[:6], x[6:]
         if not is_finite(x):
-            return False
+            return UNUSABLE
         s, links, X_WE = chain_posture(chain, q)
         Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
         columns, V_WE, bias = chain_motion(s, v, p_WE)
         if not track(reference, Q_WE, p_WE, V_WE, orientation, position, a):
-            return False
+            return UNUSABLE
         inertia, _, coriolis, weight = chain_dynamics(chain, s, links, v)
         J, B = sized(columns, 6, 6), sized(inertia, 6, 6)
         Cv, g, Fv = sized(coriolis, 6), sized(weight, 6), sized(chain.friction, 6) * sized(v, 6)
+        if singular_value_or_bound(J, settings[2]) < settings[2]:
+            return BOUND
         alpha = resolved_acceleration(J, sized(bias, 6), sized(a, 6))
-        return actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u)
+        if not actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u):
+            return UNUSABLE
+        binds = limits_bind(x, inertia, stored(alpha), u, actuation_order, limits, settings)
+        return BOUND if binds else DONE
 
     return law
 
 
 @cache
-def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Callable[..., bool]:
+def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Callable[..., int]:
     """Returns the law of an arm of n > 6 joints; `orientation_law` is as for `arm_torque`."""
     track, null_space = compilable(tracking_acceleration(orientation_law)), chain_null_space(n)
 
@@ -102,6 +116,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         reference: Array,
         h: Array,
         u: Array,
+        limits: Array,
+        settings: Array,
         gradient: Array,
         gradient_rate: Array,
         error: Array,
@@ -113,8 +129,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         threshold: float,
         factor: float,
         *arm: Array,
-    ) -> bool:
-        """Writes the torques; returns False if a signal is not finite.
+    ) -> int:
+        """Writes the torques; returns what became of them.
 
         Args:
             order: of the reading (2n,).
@@ -125,6 +141,8 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             reference: motion of the frame to be tracked (19,).
             h: wrench by the end effector on the environment (6,) [Nm, N].
             u: τ (n,), where to write [Nm, N].
+            limits: see `acceleration_box` (5, n).
+            settings: see `constrained_acceleration`.
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
             error: where to write e_n of (3.37) (n,).
@@ -139,12 +157,12 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         """
         x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
         if not is_finite(x):
-            return False
+            return UNUSABLE
         s, links, X_WE = chain_posture(chain, x[:n])
         Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
         columns, V_WE, bias = chain_motion(s, x[n:], p_WE)
         if not track(reference, Q_WE, p_WE, V_WE, orientation, position, a):
-            return False
+            return UNUSABLE
         inertia, inertia_rate, coriolis, weight = chain_dynamics(chain, s, links, x[n:])
         J, v, Jdot_v = sized(columns, 6, n), sized(x[n:], n), sized(bias, 6)
         B, Cv, g = sized(inertia, n, n), sized(coriolis, n), sized(weight, n)
@@ -169,6 +187,11 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         )
         alpha = redundant_acceleration(J_pinv, sized(a, 6), Jdot_v, alpha_n)
         error[:n] = e_n
-        return actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u)
+        if not actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u):
+            return UNUSABLE
+        if singular_value_or_bound(J, settings[2]) < settings[2]:
+            return BOUND
+        binds = limits_bind(x, inertia, stored(alpha), u, actuation_order, limits, settings)
+        return BOUND if binds else DONE
 
     return law

@@ -1,0 +1,1 @@
+"""Joint limits, torque limits and singularities kept by one quadratic program a tick."""

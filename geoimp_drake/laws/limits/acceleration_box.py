@@ -1,0 +1,76 @@
+"""The joint accelerations that keep an arm within its positions and velocities."""
+
+import numpy as np
+
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.typing import Array
+
+__all__ = ["acceleration_box", "limits_bind"]
+
+
+@compilable
+def _viable_speed(distance: float, deceleration: float, horizon: float) -> float:
+    """Returns the largest speed toward a stop from which one may brake; negative behind it.
+
+    (L.2) |ḋ| ≤ √(2 d̈ |d|), and |d|/T close to the stop, where the root would be steep.
+    """
+    speed = abs(distance) / horizon
+    if np.isfinite(deceleration):
+        speed = min(speed, np.sqrt(2.0 * deceleration * abs(distance)))
+    return speed if distance >= 0.0 else -speed
+
+
+@compilable
+def acceleration_box(
+    q: Array, v: Array, B: Array, limits: Array, settings: Array, box: Array
+) -> None:
+    """Writes the box of (L.1): α within (v̲ − v)/T and (v̄ − v)/T. Floats only.
+
+    v̲ and v̄ are the velocity limits, and what is viable before a stop, (L.2): a joint brakes with a
+    share of what its effort limit gives, τ̄/B_jj.
+
+    Args:
+        q: joint positions (n,) [rad, m].
+        v: joint velocities (n,).
+        B: joint inertia (n, n).
+        limits: lower and upper positions, lower and upper velocities, efforts (5, n).
+        settings: horizon T [s] and share of the effort for braking, first of all.
+        box: lower and upper accelerations (2, n), where to write [rad/s², m/s²].
+    """
+    T, share = settings[0], settings[1]
+    for k in range(len(q)):
+        slowing = share * limits[4, k] / B[k, k]
+        low = -_viable_speed(q[k] - limits[0, k], slowing, T)
+        high = _viable_speed(limits[1, k] - q[k], slowing, T)
+        box[0, k] = (min(max(low, limits[2, k]), limits[3, k]) - v[k]) / T
+        box[1, k] = (max(min(high, limits[3, k]), limits[2, k]) - v[k]) / T
+
+
+@compilable
+def limits_bind(
+    x: Array,
+    B: Array,
+    alpha: Array,
+    u: Array,
+    order: Array,
+    limits: Array,
+    settings: Array,
+) -> bool:
+    """Whether accelerations leave the box of (L.1) or torques their limits. Floats only.
+
+    Args:
+        x: joint positions and velocities (2n,) [rad, m; rad/s, m/s].
+        B: joint inertia (n, n).
+        alpha: joint accelerations (n,).
+        u: torques in the order of the actuators (n,) [Nm, N].
+        order: which joint each actuator drives (n,).
+        limits: see `acceleration_box`.
+        settings: see there.
+    """
+    n = len(u)
+    box = np.empty((2, n))
+    acceleration_box(x[:n], x[n:], B, limits, settings, box)
+    for k in range(n):
+        if not (box[0, k] <= alpha[k] <= box[1, k]) or abs(u[k]) > limits[4, order[k]]:
+            return True
+    return False

@@ -1,0 +1,36 @@
+"""What the compliant frame takes up of the slack: all that gives no energy, the rest from a tank."""
+
+from geoimp_drake.typing import Array
+
+__all__ = ["held_back"]
+
+
+def held_back(
+    slack: Array, velocity: Array, M: Array, gained: float, tank: float, cap: float, step: float
+) -> tuple[Array, float]:
+    """Returns the acceleration that C gets besides that of its law (6,), and what is in the tank.
+
+    (L.3) V̇_c := V̇_c + s,  Ė_tank = P_D − (V_cᵀ M s)⁺ while E_tank > 0, and at most the cap
+
+    s = Jα + J̇q̇ − a is what the limits leave undone. The error E − C then obeys the motion loop's
+    law as if there were no limits: nothing winds up. Ms is a wrench on C, and as a rule takes
+    energy away. What it gives comes out of a tank that the impedance's own damping fills; from an
+    empty one, s without the part along V_c.
+
+    Args:
+        slack: s, [angular; linear] (6,) [rad/s², m/s²].
+        velocity: V_c (6,).
+        M: mass matrix of the impedance, in W (6, 6).
+        gained: power P_D that damping dissipates [W].
+        tank: energy in it [J].
+        cap: the most that it holds [J].
+        step: time since the last call [s].
+    """
+    Mv = M @ velocity
+    power = float(Mv @ slack)
+    tank = min(tank + step * gained, cap)
+    if power <= 0.0:
+        return slack, tank
+    if tank >= step * power:
+        return slack, tank - step * power
+    return slack - velocity * (power / float(Mv @ velocity)), tank

@@ -1,0 +1,60 @@
+"""The compliant frame, held back by what the limits leave undone."""
+
+import numpy as np
+
+from geoimp_drake.laws.limits.held_back import held_back
+from geoimp_drake.parts.part import Memory
+from geoimp_drake.typing import Array
+
+__all__ = ["NO_SLACK", "HoldBack"]
+
+NO_SLACK = np.zeros(6)
+
+# Of the energy that holding C back may give out: what is there at the start, and the most [J].
+_TANK, _CAP = 0.2, 2.0
+
+# After a longer pause the tank is not filled: no limit has acted [s].
+_LONGEST_STEP = 0.01
+
+
+class HoldBack:
+    """What C gets besides its law's acceleration, and the tank from which that takes energy.
+
+    It is a piece of `Impedance`. The tank is filled while a limit acts.
+
+    Args:
+        parts: whether rotation and translation are compliant; what is not follows D.
+    """
+
+    def __init__(self, parts: tuple[bool, bool]):
+        self._parts = np.repeat(np.array(parts, dtype=float), 3)
+        self.memory = Memory(slack=NO_SLACK, tank=_TANK, time=np.nan)
+
+    def acts(self, memory: Array, slack: Array) -> bool:
+        """Whether there is something to be kept."""
+        return bool(slack.any() or memory[self.memory.slack].any())
+
+    def keep(
+        self, memory: Array, slack: Array, velocity: Array, M: Array, gained: float, time: float
+    ) -> None:
+        """Keeps what C is held back by from now on.
+
+        Args:
+            memory: of this object, moved on.
+            slack: acceleration of E that the limits leave undone (6,).
+            velocity: of C (6,).
+            M: mass matrix of the impedance, in W (6, 6).
+            gained: power that its damping dissipates [W].
+            time: [s].
+        """
+        places, step = self.memory, time - memory[self.memory.time]
+        memory[places.slack], memory[places.tank] = held_back(
+            self._parts * slack,
+            velocity,
+            M,
+            gained,
+            memory[places.tank],
+            _CAP,
+            step if step < _LONGEST_STEP else 0.0,
+        )
+        memory[places.time] = time

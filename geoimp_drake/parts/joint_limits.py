@@ -1,0 +1,157 @@
+"""An arm's limits, and the joint acceleration within them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.containers import namedview
+
+from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
+from geoimp_drake.arm.state import ArmState
+from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.limits.constrained_acceleration import constrained_acceleration
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
+    SingularityDamping,
+    smallest_singular_value,
+)
+from geoimp_drake.parts.quadratic_program import minimum
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import key, non_negative, positive
+
+__all__ = ["SLACK", "JointLimits", "Limited", "LimitsConfig"]
+
+# How fast motion in a lost direction comes to rest [1/s].
+_LOST_RATE = 10.0
+
+# Weight of the null-space motion against the task; a hundred times B still counts for little.
+_NULL_SPACE_WEIGHT = 1e-6
+
+# How close to a bound counts as at it, as a share.
+_AT_BOUND = 1e-6
+
+Limited = namedview(
+    "Limited",
+    ["position", "velocity", "effort", "singularity"]
+    + [f"slack_{part}_{axis}" for part in ("rotation", "translation") for axis in "xyz"],
+)
+
+# Of a `Limited`: the acceleration of E that the limits leave undone, [angular; linear].
+SLACK = slice(4, 10)
+
+
+@dataclass
+class LimitsConfig:
+    """How an arm keeps its joints' positions, velocities and efforts, which its plant has."""
+
+    margin: float = 0.02  # kept free of each end of a joint's range [rad, m]
+    velocity: float = 0.95  # share of the velocity limits that is used
+    effort: float = 0.99  # share of the effort limits that is used
+    braking: float = 0.3  # share of the effort limits with which a joint brakes before its end
+    horizon: float = 0.02  # time over which a velocity reaches its limit [s]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.margin, key(name, "margin"))
+        positive(self.horizon, key(name, "horizon"), "s")
+        for share in ("velocity", "effort", "braking"):
+            positive(getattr(self, share), key(name, share))
+            if getattr(self, share) > 1:
+                raise ConfigurationError(
+                    f"{key(name, share)} is {getattr(self, share):g}; it is a share of the arm's "
+                    f"limits: give a number up to 1."
+                )
+
+
+class JointLimits:
+    """The limits of one arm as the laws take them.
+
+    Args:
+        model: the arm.
+        config: how they are kept; None for no limits at all.
+        masses: M_o and M_p of the impedance, by which the task is weighed (2, 3, 3).
+        damping: near singularities.
+
+    Attributes:
+        arguments: the limits (5, n), and the settings of `constrained_acceleration` (6,).
+    """
+
+    def __init__(
+        self,
+        model: ControlModel,
+        config: LimitsConfig | None,
+        masses: Array | None = None,
+        damping: SingularityDamping | None = None,
+    ):
+        n = model.num_joints
+        self.is_on = config is not None
+        damping = damping or SingularityDamping()
+        self._masses = np.array([np.eye(3), np.eye(3)]) if masses is None else masses
+        self._law = compiled(constrained_acceleration)
+        if config is None:
+            none = np.full(n, np.inf)
+            limits, settings = np.array([-none, none, -none, none, none]), [1.0, 1.0, 0.0]
+        else:
+            limits = _kept(model, config)
+            settings = [config.horizon, config.braking, damping.threshold]
+        weight = _NULL_SPACE_WEIGHT if n > TASK_DIMENSION else 0.0
+        self.arguments = limits, np.array([*settings, damping.factor, _LOST_RATE, weight])
+
+    def constrained(self, arm: ArmState, h: Array, a: Array, alpha_0: Array) -> tuple[Array, Array]:
+        """Returns the joint acceleration within the limits (n,), and `Limited` (10,).
+
+        Args:
+            arm: the arm.
+            h: wrench by the end effector on the environment (6,) [Nm, N].
+            a: task acceleration (6,).
+            alpha_0: the joint acceleration without limits (n,).
+        """
+        J, b = arm.Jv_V_WE, a - arm.Jdot_v
+        c = arm.Cv + arm.Fv + arm.g + J.T @ h
+        x = np.concatenate((arm.q, arm.v))
+        H, f, lower, upper = self._law(
+            J, b, arm.B, c, x, alpha_0, self._weight(arm), *self.arguments
+        )
+        alpha = minimum(H, f, arm.B, lower, upper)
+        report = np.zeros(len(Limited.get_fields()))
+        report[:4] = *self._acting(arm, alpha, lower, upper), self._is_singular(J)
+        report[SLACK] = J @ alpha - b
+        return alpha, report
+
+    def _weight(self, arm: ArmState) -> Array:
+        """Returns the mass matrix in W (6, 6): M_o turns with C, where E is."""
+        W = np.zeros((6, 6))
+        W[:3, :3] = arm.R_WE @ self._masses[0] @ arm.R_WE.T
+        W[3:, 3:] = self._masses[1]
+        return W
+
+    def _acting(
+        self, arm: ArmState, alpha: Array, lower: Array, upper: Array
+    ) -> tuple[int, int, int]:
+        """Returns at how many joints position, velocity and effort are at their bounds."""
+        n, (limits, settings) = len(alpha), self.arguments
+        at = np.concatenate((alpha, arm.B @ alpha))
+        near = _AT_BOUND * np.maximum(1.0, np.abs(at))
+        low, high = at <= lower + near, at >= upper - near
+        # Of the box, the velocity limits are what does not depend on the position.
+        speeds = (limits[2:4] - arm.v) / settings[0]
+        at_speed = (low[:n] & (lower[:n] <= speeds[0])) | (high[:n] & (upper[:n] >= speeds[1]))
+        effort = (low | high)[n:].sum()
+        return int(((low | high)[:n] & ~at_speed).sum()), int(at_speed.sum()), int(effort)
+
+    def _is_singular(self, J: Array) -> bool:
+        return smallest_singular_value(J) < self.arguments[1][2]
+
+
+def _kept(model: ControlModel, config: LimitsConfig) -> Array:
+    """Returns lower and upper positions, lower and upper velocities, and efforts (5, n)."""
+    low, high = model.position_limits
+    margin = np.minimum(config.margin, 0.25 * (high - low))
+    velocities, efforts = model.velocity_limits, model.effort_limits
+    return np.array(
+        [
+            low + margin,
+            high - margin,
+            *(config.velocity * velocities),
+            config.effort * efforts,
+        ]
+    )

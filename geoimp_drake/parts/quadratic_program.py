@@ -1,0 +1,85 @@
+"""Small convex quadratic programs: by DAQP where it is installed, otherwise by Drake's Clarabel."""
+
+import importlib.util
+from collections.abc import Callable
+
+import numpy as np
+
+from geoimp_drake.errors import SignalError
+from geoimp_drake.typing import Array
+
+__all__ = ["minimum"]
+
+# DAQP's infinity.
+_INFINITE = 1e30
+
+# How many times dearer it is to leave the box by an acceleration than the task is.
+_DEARNESS = 1e6
+
+
+def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
+    """Returns α (n,) at the minimum of ½αᵀHα + fᵀα with bounds of α and of Bα.
+
+    Where not all of them can be kept, those of Bα are kept, and α leaves its own by as little as it
+    must: |Bα| within bounds that contain a point can always be kept.
+
+    Args:
+        H: symmetric positive definite (n, n).
+        f: (n,).
+        B: regular (n, n).
+        lower: of α, then of Bα (2n,).
+        upper: of the same.
+
+    Raises:
+        SignalError: there is no minimum, since a number is not finite.
+    """
+    bounds = np.clip(lower, -_INFINITE, _INFINITE), np.clip(upper, -_INFINITE, _INFINITE)
+    alpha = _solver()(H, f, B, *bounds)
+    if alpha is None:
+        alpha = _nearest_to_box(H, f, B, *bounds)
+    if alpha is None or not np.isfinite(alpha).all():
+        raise SignalError(
+            f"No joint acceleration keeps the efforts within their limits; the program's bounds of "
+            f"Bα are {lower[len(f) :]} and {upper[len(f) :]}."
+        )
+    return alpha
+
+
+def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array | None:
+    """Returns the same where α + s is in the box and s, an acceleration, is dear."""
+    n = len(f)
+    cost = np.zeros((2 * n, 2 * n))
+    cost[:n, :n] = H
+    cost[n:, n:] = _DEARNESS * np.trace(H) * np.eye(n)
+    rows = np.block([[np.eye(n), np.eye(n)], [B, np.zeros((n, n))]])
+    found = _solver()(cost, np.concatenate((f, np.zeros(n))), rows, lower, upper)
+    return None if found is None else found[:n]
+
+
+def _solver() -> Callable[..., Array | None]:
+    return _by_daqp if importlib.util.find_spec("daqp") else _by_clarabel
+
+
+def _by_daqp(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:
+    """Returns the minimum; None if there is none. Bounds beyond A's rows are the variables' own."""
+    import daqp
+
+    x, _, exit_flag, _ = daqp.solve(H, f, A, upper, lower)
+    return x if exit_flag == 1 else None
+
+
+def _by_clarabel(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:
+    """Returns what `_by_daqp` does."""
+    from pydrake.solvers import ClarabelSolver, MathematicalProgram
+
+    program = MathematicalProgram()
+    x = program.NewContinuousVariables(len(f))
+    own = len(lower) - len(A)
+    program.AddQuadraticCost(H, f, x, is_convex=True)
+    rows = np.concatenate((np.eye(len(f))[:own], A))
+    bounded = np.abs(lower) < _INFINITE, np.abs(upper) < _INFINITE
+    low = np.where(bounded[0], lower, -np.inf)
+    high = np.where(bounded[1], upper, np.inf)
+    program.AddLinearConstraint(rows, low, high, x)
+    result = ClarabelSolver().Solve(program)
+    return result.GetSolution(x) if result.is_success() else None
