@@ -12,6 +12,7 @@ from geoimp_drake.controllers.config import (
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
 from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedanceConfig
+from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.object_load import OBJECT_WRENCHES, ObjectLoad
 from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
 from geoimp_drake.validation import choice, key
@@ -28,6 +29,7 @@ class CooperativeControllerConfig:
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy_1: RedundancyConfig = field(default_factory=RedundancyConfig)
     redundancy_2: RedundancyConfig = field(default_factory=RedundancyConfig)
+    limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
     load: ObjectLoad | None = None  # the object's weight and inertia; by default it has none
     wrench: str = "grasp-matrix"  # of the object; or printed, as (4.6)
     mutual_pose: MutualPose | None = None  # of the grasp; by default that at the start

@@ -106,6 +106,10 @@ def make_cooperative_controller(
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
+        output limited_1: what its limits do since the last step began, `Limited` (10)
+        output limited_2: the same of the second (10)
+
+        With null for limits there are no ports `limited_1` and `limited_2`.
 
         With the monitor switched off there are no ports `opened` and `release`. With sensors,
         inputs for the plant's outputs (`reaction_forces`, `state` and what else they read) replace
@@ -175,8 +179,9 @@ def cooperative_parts(
     internal = make_internal(config, models) if config.internal.enabled else None
     held = ObjectParts.of(config, plant.gravity_field().gravity_vector(), internal)
     redundancies = config.redundancy_1, config.redundancy_2
+    kept = config.limits, config.impedance.masses()
     return held, [
-        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, None, None, task)
+        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, *kept, task)
         for model, redundancy, task in zip(models, redundancies, task_functions, strict=True)
     ]
 
@@ -244,7 +249,11 @@ def _of_blocks(
         for name, reference in references.items():
             builder.ExportOutput(_last(builder, reference, name), f"last_{name}")
     for k, loop in enumerate(loops, 1):
-        for name in ("actuation", "measured_motion", "peak_effort"):
+        reports = ["actuation", "measured_motion", "peak_effort"]
+        if arms[k - 1].limits.is_on:
+            reports.append("limited")
+            builder.Connect(loop.GetOutputPort("slack"), ports.slacks[k - 1])
+        for name in reports:
             builder.ExportOutput(loop.GetOutputPort(name), f"{name}_{k}")
     if wrists is not None:
         add_sensors(builder, wrists, wrenches, references)

@@ -50,6 +50,9 @@ def make_impedance_controller(
     estimated_state ─▶ joint_readings ─▶ arm_model
     ```
 
+    Between redundancy and inverse dynamics `limits` keeps the joints within their limits, unless
+    `config.limits` is null; what it leaves undone holds C back.
+
     With `config.form` "blocks" it is a Diagram of these systems, each of which you may look at, log
     or exchange; with "compiled" it is one system with the same ports and numbers, which takes less
     time: see `geoimp_drake.parts.impedance_controller`.
@@ -91,6 +94,7 @@ def make_impedance_controller(
         output smallest_singular_value: of the Jacobian of E, in rad and m (1)
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
+        output limited: what limits do since the last step began, `Limited`; not with null (10)
 
         With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
         reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
@@ -167,14 +171,19 @@ def _of_blocks(
     # C starts on the measured pose of E, or is E.
     builder.Connect(loop.outputs["measured_motion"], compliant.GetInputPort("measured_motion"))
     # The inner loop tracks C in the place of D.
-    builder.Connect(compliant.GetOutputPort("compliant_motion"), loop.inputs["reference_motion"])
-    builder.ExportInput(loop.inputs["estimated_state"], "estimated_state")
+    builder.Connect(compliant.GetOutputPort("compliant_motion"), *loop.inputs["reference_motion"])
+    builder.ExportInput(*loop.inputs["estimated_state"], "estimated_state")
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     # The same wrench is compensated in (2.3).
-    wrenches = [compliant.GetInputPort("wrench"), loop.inputs["wrench"]]
+    wrenches = [compliant.GetInputPort("wrench"), *loop.inputs["wrench"]]
     if sensors is None:
         builder.ExportInput(wrenches[0], "wrench")
-        builder.ConnectInput("wrench", wrenches[1])
+        for target in wrenches[1:]:
+            builder.ConnectInput("wrench", target)
+    slack = loop.outputs.pop("slack", None)
+    if slack is not None:
+        # C is held back by what the limits leave undone.
+        builder.Connect(slack, compliant.GetInputPort("slack"))
     builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
     for name in ("compliant_motion", "displacement", "energy", "last_compliant_motion"):
         builder.ExportOutput(compliant.GetOutputPort(name), name)

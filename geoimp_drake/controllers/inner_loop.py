@@ -12,6 +12,7 @@ from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.systems.arm.arm_model import ArmModel
+from geoimp_drake.systems.arm.constrained_acceleration import ConstrainedAcceleration
 from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
@@ -69,7 +70,7 @@ class InnerLoopParts:
 class InnerLoopPorts:
     """The ports of an inner loop's blocks."""
 
-    inputs: dict[str, InputPort]
+    inputs: dict[str, list[InputPort]]
     outputs: dict[str, OutputPort]
 
 
@@ -77,10 +78,13 @@ def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopP
     """Adds the blocks of an inner loop, connected with each other.
 
     ```
-    reference_motion ─▶ motion_control ─▶ redundancy ─▶ inverse_dynamics ─▶ actuation
-                            ▲                 ▲            ▲      ▲
-    estimated_state ─▶ joint_readings ─▶ arm_model ────────┘    wrench
+    reference_motion ─▶ motion_control ─▶ redundancy ─▶ limits ─▶ inverse_dynamics ─▶ actuation
+                            ▲                 ▲           ▲  ▲       ▲      ▲
+    estimated_state ─▶ joint_readings ─▶ arm_model ───────┴──│───────┘      │
+    wrench ──────────────────────────────────────────────────┴──────────────┘
     ```
+
+    Without limits there is no block of that name.
 
     Args:
         builder: where they are added.
@@ -90,30 +94,38 @@ def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopP
     readings = builder.AddNamedSystem("joint_readings", JointReadings.of(parts.readings))
     arm = builder.AddNamedSystem("arm_model", ArmModel(model))
     motion = builder.AddNamedSystem("motion_control", MotionController.of(parts.motion))
-    redundancy = builder.AddNamedSystem(
-        "redundancy", RedundancyResolver.of(RedundancyResolver.part_of(model, parts.null_space))
-    )
+    resolver = RedundancyResolver.part_of(model, parts.null_space, parts.limits.threshold)
+    redundancy = builder.AddNamedSystem("redundancy", RedundancyResolver.of(resolver))
     torque = builder.AddNamedSystem("inverse_dynamics", InverseDynamicsInnerLoop(model))
     for system in (motion, redundancy, torque):
         builder.Connect(arm.GetOutputPort("arm"), system.GetInputPort("arm"))
-    for source, output, target, port in (
-        (readings, "estimated_state", arm, "state"),
-        (motion, "task_acceleration", redundancy, "task_acceleration"),
-        (redundancy, "joint_acceleration", torque, "joint_acceleration"),
-    ):
-        builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
+    a, alpha = motion.GetOutputPort("task_acceleration"), "joint_acceleration"
+    builder.Connect(readings.GetOutputPort("estimated_state"), arm.GetInputPort("state"))
+    builder.Connect(a, redundancy.GetInputPort("task_acceleration"))
+    last, wrenches, limited = redundancy, [torque.GetInputPort("wrench")], {}
+    if parts.limits.is_on:
+        last = limits = builder.AddNamedSystem(
+            "limits", ConstrainedAcceleration.of(ConstrainedAcceleration.part_of(parts.limits))
+        )
+        builder.Connect(arm.GetOutputPort("arm"), limits.GetInputPort("arm"))
+        builder.Connect(a, limits.GetInputPort("task_acceleration"))
+        builder.Connect(redundancy.GetOutputPort(alpha), limits.GetInputPort(alpha))
+        wrenches.append(limits.GetInputPort("wrench"))
+        limited = {name: limits.GetOutputPort(name) for name in ("limited", "slack")}
+    builder.Connect(last.GetOutputPort(alpha), torque.GetInputPort(alpha))
     reports = ("smallest_singular_value", "null_space_error", "task_value")
     return InnerLoopPorts(
         {
-            "estimated_state": readings.GetInputPort("state"),
-            "reference_motion": motion.GetInputPort("reference_motion"),
-            "wrench": torque.GetInputPort("wrench"),
+            "estimated_state": [readings.GetInputPort("state")],
+            "reference_motion": [motion.GetInputPort("reference_motion")],
+            "wrench": wrenches,
         },
         {
             "actuation": torque.GetOutputPort("actuation"),
             "measured_motion": arm.GetOutputPort("motion_E"),
             "peak_effort": torque.GetOutputPort("peak_effort"),
             **{name: redundancy.GetOutputPort(name) for name in reports},
+            **limited,
         },
     )
 
@@ -122,8 +134,10 @@ def make_inner_loop(parts: InnerLoopParts) -> Diagram:
     """Returns the blocks of an inner loop as a Diagram; see `add_inner_loop`."""
     builder = DiagramBuilder()
     ports = add_inner_loop(builder, parts)
-    for name, port in ports.inputs.items():
-        builder.ExportInput(port, name)
+    for name, inputs in ports.inputs.items():
+        builder.ExportInput(inputs[0], name)
+        for port in inputs[1:]:
+            builder.ConnectInput(name, port)
     for name, output in ports.outputs.items():
         builder.ExportOutput(output, name)
     return builder.Build()

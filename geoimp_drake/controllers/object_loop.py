@@ -64,10 +64,14 @@ class ObjectParts:
 
 @dataclass(frozen=True)
 class ObjectLoopPorts:
-    """The ports of the blocks between hands and their references; an input may have several."""
+    """The ports of the blocks between hands and their references; an input may have several.
+
+    Those of what the limits of both arms leave undone may stay as they are.
+    """
 
     inputs: dict[str, list[InputPort]]
     outputs: dict[str, OutputPort]
+    slacks: list[InputPort]
 
 
 def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPorts:
@@ -101,6 +105,7 @@ def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPo
     # The impedance is the single arm's, with O in the place of E.
     connect(kinematics, "object_motion", impedance, "measured_motion")
     connect(kinematics, "object_wrench", impedance, "wrench")
+    connect(kinematics, "object_slack", impedance, "slack")
     connect(impedance, "compliant_motion", references, "compliant_motion")
     if parts.load.removes_inertial_load:
         # A reading of the sensors is of the plant's last step. That also breaks the loop
@@ -115,6 +120,7 @@ def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPo
         connect(kinematics, "mutual_wrench", internal, "wrench")
         connect(kinematics, "mutual_motion", internal, "measured_motion")
         connect(internal, "compliant_motion", references, "mutual_motion")
+        connect(kinematics, "mutual_slack", internal, "slack")
     inputs = {
         name: [impedance.GetInputPort(name)] for name in ("desired_motion", "stiffness_scale")
     }
@@ -129,7 +135,8 @@ def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPo
             kinematics.GetInputPort(f"motion_{k}"),
             references.GetInputPort(f"measured_motion_{k}"),
         ]
-    ports = ObjectLoopPorts(inputs, outputs)
+    slacks = [kinematics.GetInputPort(f"slack_{k}") for k in (1, 2)]
+    ports = ObjectLoopPorts(inputs, outputs, slacks)
     if parts.watch is not None:
         _add_watch(builder, *parts.watch, ports)
     return ports

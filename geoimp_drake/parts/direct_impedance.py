@@ -22,18 +22,18 @@ class DirectImpedance:
 
     def __init__(self, springs: Impedance):
         self.springs = springs
-        # What the limits leave undone needs no place: the impedance starts from E at each instant.
-        self.inputs = {name: size for name, size in springs.inputs.items() if name != "slack"}
-        self.memory = springs.memory
+        self.inputs, self.memory = springs.inputs, springs.memory
         self.displacement, self.energy = springs.displacement, springs.energy
         self.check_start = springs.check_start
         _, *others = springs.outputs
-        motion = Output("compliant_motion", FRAME_MOTION_SIZE, self._write, tuple(self.inputs))
+        signals = tuple(name for name in self.inputs if name != "slack")
+        motion = Output("compliant_motion", FRAME_MOTION_SIZE, self._write, signals)
         self.outputs = motion, *others
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Keeps the motion of C as a step begins."""
-        self.keep(memory, state, now, now.output("compliant_motion"), NO_SLACK)
+        slack = now["slack"] if now.has("slack") else NO_SLACK
+        self.keep(memory, state, now, now.output("compliant_motion"), slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
         """Does what `Impedance.keep` does, but for the state, of which there is none."""

@@ -10,11 +10,13 @@ from geoimp_drake.laws.compositions.object_control import (
     COMPLIANT,
     HANDS,
     MEASURED_MUTUAL,
+    MUTUAL,
     OBJECT,
     object_control,
 )
 from geoimp_drake.laws.cooperation.half_rotation import check_half_defined
 from geoimp_drake.laws.cooperation.held_object import held_object_motion
+from geoimp_drake.laws.cooperation.object_slack import object_slack
 from geoimp_drake.laws.frame_motion import (
     FRAME_MOTION_SIZE,
     FRAME_STATE_SIZE,
@@ -23,7 +25,6 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
-from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.object_load import LoadArguments
@@ -49,9 +50,19 @@ class FoundObject:
         pose: of the grasp (7).
         memory: of the whole part, with what has passed through.
         hand_wrenches: of both hands (6).
+        torques: of an arm's number: a time, its torques then (n) and its `Limited`.
     """
 
-    __slots__ = ("hand_wrenches", "memory", "motions", "pose", "rates", "state", "wrenches")
+    __slots__ = (
+        "hand_wrenches",
+        "memory",
+        "motions",
+        "pose",
+        "rates",
+        "state",
+        "torques",
+        "wrenches",
+    )
 
     def __init__(self) -> None:
         self.motions = np.zeros((6, FRAME_MOTION_SIZE))
@@ -59,6 +70,7 @@ class FoundObject:
         self.rates = np.empty(2 * FRAME_STATE_SIZE)
         self.state = self.pose = self.memory = NOTHING
         self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
+        self.torques: dict[int, tuple[float, Array, Array]] = {}
 
 
 class HeldObject:
@@ -108,6 +120,7 @@ class HeldObject:
         self.memory = Memory(
             grasp=grasp.memory,
             impedance=impedance.memory,
+            internal=nothing if internal is None else internal.memory,
             # The motions of both hands' references when the last step began.
             reference_1=AT_REST,
             reference_2=AT_REST,
@@ -115,6 +128,7 @@ class HeldObject:
             hold=nothing if watch is None else watch[1].memory,
         )
 
+        self._slack_law = compiled(object_slack)
         self.last_motion = nested(self.memory.impedance, impedance.memory.last)
         if watch is not None:
             self._opened = nested(self.memory.watch, watch[0].memory.opened)
@@ -213,13 +227,53 @@ class HeldObject:
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, mutual pose and grasp, or keeps their normalized quaternions."""
+        self.keep(memory, state, now, np.zeros((2, 6)))
+
+    def slacks(self, now: Now, first: Array, hands: tuple[Array, Array]) -> Array:
+        """Returns what the limits of both arms leave undone of C and of the mutual pose (2, 6).
+
+        Args:
+            now: has what was found.
+            first: measured motion of the first hand (19).
+            hands: the same of both hands (6).
+        """
+        slacks = np.zeros((2, 6))
+        if hands[0].any() or hands[1].any():
+            self._slack_law(first[QUATERNION], now.found.motions[:2], *hands, slacks)
+        return slacks
+
+    def keep(self, memory: Array, state: Array, now: Now, slacks: Array) -> None:
+        """Does what `begin` does, and keeps by what C and the mutual pose are held back.
+
+        Args:
+            memory: of this part, moved on.
+            state: of this part, moved on.
+            now: the inputs.
+            slacks: see there (2, 6).
+        """
         found: FoundObject = now.found
         C, hands = found.motions[COMPLIANT], found.motions[HANDS]
         state[:] = found.state
         place = memory[self.memory.impedance]
-        self._impedance.keep(place, state[self.state.compliant], now, C, NO_SLACK)
+        self._impedance.keep(place, state[self.state.compliant], now, C, slacks[0])
+        if self._internal is not None:
+            grasp = np.concatenate((found.pose, np.zeros(FRAME_MOTION_SIZE - POSE_SIZE)))
+            within = Within(now, {}, {"desired_motion": grasp}, label=", mutual pose")
+            place, mutual = memory[self.memory.internal], found.motions[MUTUAL]
+            self._internal.keep(place, state[self.state.mutual], within, mutual, slacks[1])
         memory[self.memory.grasp] = found.pose
         memory[self.memory.reference_1], memory[self.memory.reference_2] = hands
+
+    def hold_back(self, memory: Array, rates: Array) -> None:
+        """Adds to the derivatives of C's state and of the mutual pose what they are held back by.
+
+        Args:
+            memory: of this part.
+            rates: (26,).
+        """
+        self._impedance.hold_back(memory[self.memory.impedance], rates[self.state.compliant])
+        if self._internal is not None:
+            self._internal.hold_back(memory[self.memory.internal], rates[self.state.mutual])
 
     def sample(self, memory: Array, now: Now, wrenches: tuple[Array, Array]) -> None:
         """Takes a sample of both hands' wrenches for the watch over the grasps."""

@@ -9,7 +9,7 @@ from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.joint_limits import SLACK, Limited
+from geoimp_drake.parts.joint_limits import SLACK
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
@@ -75,7 +75,6 @@ class ImpedanceController:
         self.memory = Memory(
             arm=loop.memory,
             impedance=impedance.memory,
-            limited=np.zeros(len(Limited.get_fields())),
             sensor=Memory() if sensor is None else sensor.memory,
         )
         self._sensed = slice(0)
@@ -99,12 +98,13 @@ class ImpedanceController:
             ),
             held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
             held("last_compliant_motion", self._last),
-            held("limited", self.memory.limited),
             # With six joints it is wanted near a singularity, where there may be no torque.
             Output("smallest_singular_value", 1, self._write_singular_value, reading),
             Output("null_space_error", n, self._write_error, torque),
             Output("task_value", 1, self._write_task_value, torque),
         ]
+        if loop.limits.is_on:
+            self.outputs.append(held("limited", nested(self.memory.arm, loop.limited)))
         if sensor is not None:
             self.outputs += [
                 output.within(self._of_sensor, self.inputs) for output in sensor.outputs
@@ -140,11 +140,10 @@ class ImpedanceController:
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
         found = self._resolved(now)
-        *_, memory[self.memory.limited] = found.reports
-        slack = memory[self.memory.limited][SLACK]
+        *_, limited = found.reports
         place = memory[self.memory.impedance]
-        self._impedance.keep(place, state, now, found.motion, slack)
-        self._loop.compare_with_limits(memory[self.memory.arm], found.u, now)
+        self._impedance.keep(place, state, now, found.motion, limited[SLACK])
+        self._loop.compare_with_limits(memory[self.memory.arm], found.u, limited, now)
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""

@@ -25,7 +25,7 @@ from geoimp_drake.parts.joint_limits import JointLimits, Limited
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
-from geoimp_drake.parts.part import Memory, Now
+from geoimp_drake.parts.part import Memory, Now, nested
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.parts.torque import Saturation
 from geoimp_drake.parts.within import Within
@@ -56,6 +56,8 @@ class InnerLoop:
         readings: how the joints are read.
         is_redundant: whether it has more than six joints.
         memory: what has been read, the posture at the start, the largest torques.
+        limits: of the arm.
+        limited: place of `Limited` in the memory.
         count: place in the memory that is zero until there has been a reading.
     """
 
@@ -77,11 +79,15 @@ class InnerLoop:
         self.is_redundant = n > TASK_DIMENSION
         self._motion, self._null_space, self._saturation = motion, null_space, Saturation(model)
         self.memory = Memory(
-            readings=readings.memory, posture=null_space.memory, peak=self._saturation.memory
+            readings=readings.memory,
+            posture=null_space.memory,
+            peak=self._saturation.memory,
+            limits=limits.memory,
         )
+        self.limited = nested(self.memory.limits, limits.memory.limited)
         self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
-        self._limits, self._unlimited = limits, np.zeros(len(Limited.get_fields()))
+        self.limits, self._unlimited = limits, np.zeros(len(Limited.get_fields()))
         self._law: Callable[..., int] = compiled(
             redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
         )
@@ -186,22 +192,27 @@ class InnerLoop:
         self._check_reading(memory, now)
         return float(smallest_singular_value(self._jacobian(memory[self.memory.readings])))
 
-    def compare_with_limits(self, memory: Array, torque: Array, now: Now) -> None:
-        """Remembers the largest torques; warns of new saturations and of a K_n that is too large.
+    def compare_with_limits(self, memory: Array, torque: Array, limited: Array, now: Now) -> None:
+        """Remembers what limits do and the largest torques; warns of what is new.
+
+        That is a limit that acts, a saturation, and a K_n that is too large.
 
         Args:
             memory: of this part, moved on.
             torque: requested, in the order of the actuators (n) [Nm, N].
+            limited: `Limited` (10,).
             now: has the time and the system's name.
         """
+        system = now.system + self._label
+        self.limits.keep(memory[self.memory.limits], limited, system, now.time)
         saturated = self._saturation.compare(memory[self.memory.peak], torque)
         if len(saturated):
-            self._saturation.report(saturated, torque, now.system + self._label, now.time)
+            self._saturation.report(saturated, torque, system, now.time)
         if self._null_space.watch is not None:
             self._null_space.check_gain(
                 memory[self.memory.posture],
                 lambda: self._arm(memory[self.memory.readings]),
-                now.system + self._label,
+                system,
                 now.time,
             )
 
@@ -221,7 +232,7 @@ class InnerLoop:
 
     def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> Array:
         """Writes the torques; returns `Limited`."""
-        arguments = *self._constants, *signals, *self._limits.arguments
+        arguments = *self._constants, *signals, *self.limits.arguments
         try:
             outcome = self._law(*arguments, *terms, *self._dynamics.chain)
         except np.linalg.LinAlgError:
@@ -242,7 +253,7 @@ class InnerLoop:
                 None, arm, terms[:2], self._null_space.arguments
             )
             alpha_0 = redundant_acceleration(J_pinv, a, arm.Jdot_v, alpha_n)
-        alpha, limited = self._limits.constrained(arm, h, a, alpha_0)
+        alpha, limited = self.limits.constrained(arm, h, a, alpha_0)
         order = self.model.actuation_order
         self._actuation(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u)
         return limited

@@ -1,5 +1,6 @@
 """An arm's limits, and the joint acceleration within them."""
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +15,14 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
     smallest_singular_value,
 )
+from geoimp_drake.parts.part import Memory
 from geoimp_drake.parts.quadratic_program import minimum
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import key, non_negative, positive
 
 __all__ = ["SLACK", "JointLimits", "Limited", "LimitsConfig"]
+
+_log = logging.getLogger("drake")
 
 # How fast motion in a lost direction comes to rest [1/s].
 _LOST_RATE = 10.0
@@ -29,13 +33,23 @@ _NULL_SPACE_WEIGHT = 1e-6
 # How close to a bound counts as at it, as a share.
 _AT_BOUND = 1e-6
 
-Limited = namedview(
-    "Limited",
-    ["position", "velocity", "effort", "singularity"]
-    + [f"slack_{part}_{axis}" for part in ("rotation", "translation") for axis in "xyz"],
-)
+# What acts, and what is then said of it.
+_KINDS = {
+    "position": "a joint comes near an end of its range",
+    "velocity": "a joint reaches its velocity limit",
+    "effort": "a joint reaches its effort limit",
+    "singularity": "the arm comes near a singularity, smallest_singular_value is below {threshold}",
+}
 
-# Of a `Limited`: the acceleration of E that the limits leave undone, [angular; linear].
+# At how many joints positions, velocities and efforts act, whether the posture counts as singular,
+# and the acceleration of E that is left undone [rad/s², m/s²].
+_FIELDS = [
+    *_KINDS,
+    *(f"slack_{part}_{axis}" for part in ("rotation", "translation") for axis in "xyz"),
+]
+Limited = namedview("Limited", _FIELDS)
+
+# Of a `Limited`: the slack, [angular; linear].
 SLACK = slice(4, 10)
 
 
@@ -72,6 +86,10 @@ class JointLimits:
         damping: near singularities.
 
     Attributes:
+        is_on: whether there are any.
+        num_joints: n.
+        threshold: smallest singular value below which a posture counts as singular.
+        memory: what acts, and of what there has been a warning.
         arguments: the limits (5, n), and the settings of `constrained_acceleration` (6,).
     """
 
@@ -83,7 +101,8 @@ class JointLimits:
         damping: SingularityDamping | None = None,
     ):
         n = model.num_joints
-        self.is_on = config is not None
+        self.is_on, self.num_joints = config is not None, n
+        self.memory = Memory(limited=np.zeros(len(_FIELDS)), warned=np.zeros(len(_KINDS)))
         damping = damping or SingularityDamping()
         self._masses = np.array([np.eye(3), np.eye(3)]) if masses is None else masses
         self._law = compiled(constrained_acceleration)
@@ -94,6 +113,7 @@ class JointLimits:
             limits = _kept(model, config)
             settings = [config.horizon, config.braking, damping.threshold]
         weight = _NULL_SPACE_WEIGHT if n > TASK_DIMENSION else 0.0
+        self.threshold: float = settings[2]
         self.arguments = limits, np.array([*settings, damping.factor, _LOST_RATE, weight])
 
     def constrained(self, arm: ArmState, h: Array, a: Array, alpha_0: Array) -> tuple[Array, Array]:
@@ -112,10 +132,26 @@ class JointLimits:
             J, b, arm.B, c, x, alpha_0, self._weight(arm), *self.arguments
         )
         alpha = minimum(H, f, arm.B, lower, upper)
-        report = np.zeros(len(Limited.get_fields()))
+        report = np.zeros(len(_FIELDS))
         report[:4] = *self._acting(arm, alpha, lower, upper), self._is_singular(J)
         report[SLACK] = J @ alpha - b
         return alpha, report
+
+    def keep(self, memory: Array, limited: Array, system: str, time: float) -> None:
+        """Keeps what the limits do; warns of each kind that acts for the first time.
+
+        Args:
+            memory: of this object, moved on.
+            limited: `Limited` (10,).
+            system: the name in the warning.
+            time: [s].
+        """
+        memory[self.memory.limited] = limited
+        warned = memory[self.memory.warned]
+        for k in np.flatnonzero((limited[: len(_KINDS)] > 0) & (warned == 0)):
+            warned[k] = 1.0
+            said = list(_KINDS.values())[k].format(threshold=self.threshold)
+            _log.warning(f"{system}: at t = {time:.3f} s {said}; it does not follow as asked.")
 
     def _weight(self, arm: ArmState) -> Array:
         """Returns the mass matrix in W (6, 6): M_o turns with C, where E is."""
@@ -139,7 +175,7 @@ class JointLimits:
         return int(((low | high)[:n] & ~at_speed).sum()), int(at_speed.sum()), int(effort)
 
     def _is_singular(self, J: Array) -> bool:
-        return smallest_singular_value(J) < self.arguments[1][2]
+        return smallest_singular_value(J) < self.threshold
 
 
 def _kept(model: ControlModel, config: LimitsConfig) -> Array:

@@ -1,13 +1,16 @@
 """Motion and wrench of an object, from the two hands that hold it."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.cooperation.half_rotation import check_half_defined
 from geoimp_drake.laws.cooperation.held_object import held_object_motion, held_object_wrenches
+from geoimp_drake.laws.cooperation.object_slack import object_slack
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION, is_frame_motion
+from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.object_load import LoadArguments
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
@@ -30,6 +33,7 @@ class ObjectKinematics:
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)
         self._motion_law = compiled(held_object_motion)
         self._wrench_law = compiled(held_object_wrenches)
+        self._slack_law = compiled(object_slack)
         self._is_motion = compiled(is_frame_motion)
         self.inputs = {
             "motion_1": FRAME_MOTION_SIZE,
@@ -39,14 +43,18 @@ class ObjectKinematics:
             "mutual_reference": FRAME_MOTION_SIZE,
             "reference_motion": FRAME_MOTION_SIZE,
         }
-        self.memory = Memory()
         self.found_of = tuple(self.inputs)
+        self.inputs |= {"slack_1": 6, "slack_2": 6}
+        self.memory = Memory()
+        slacks = "found", "motion_1", "slack_1", "slack_2"
         self.outputs = (
             _output("object_motion", FRAME_MOTION_SIZE, lambda found: found[0][0]),
             _output("object_wrench", 6, lambda found: found[1][0]),
             _output("internal_wrench", 6, lambda found: found[1][1]),
             _output("mutual_motion", FRAME_MOTION_SIZE, lambda found: found[0][1]),
             _output("mutual_wrench", 6, lambda found: found[1][2]),
+            Output("object_slack", 6, partial(self._write_slack, 0), slacks),
+            Output("mutual_slack", 6, partial(self._write_slack, 1), slacks),
         )
 
     def new_found(self) -> Found:
@@ -71,6 +79,15 @@ class ObjectKinematics:
             reference = now["reference_motion"]
             check_signal(reference, now.port("reference_motion"))
         self._wrench_law(h_1, h_2, first[QUATERNION], motions, *self._load, reference, wrenches)
+
+    def _write_slack(self, row: int, now: Now, value: Array) -> None:
+        """Writes what the limits of the arms leave undone of a row of the motions."""
+        first, second = (
+            now[name] if now.has(name) else NO_SLACK for name in ("slack_1", "slack_2")
+        )
+        slacks = np.empty((2, 6))
+        self._slack_law(now["motion_1"][QUATERNION], now.found[0], first, second, slacks)
+        value[:] = slacks[row]
 
 
 def _output(name: str, size: int, part: Callable[[Found], Array]) -> Output:

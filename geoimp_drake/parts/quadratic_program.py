@@ -13,9 +13,6 @@ __all__ = ["minimum"]
 # DAQP's infinity.
 _INFINITE = 1e30
 
-# How many times dearer it is to leave the box by an acceleration than the task is.
-_DEARNESS = 1e6
-
 
 def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
     """Returns α (n,) at the minimum of ½αᵀHα + fᵀα with bounds of α and of Bα.
@@ -46,14 +43,13 @@ def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
 
 
 def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array | None:
-    """Returns the same where α + s is in the box and s, an acceleration, is dear."""
+    """Returns what keeps the bounds of Bα and is nearest, by B, to the minimum in the box."""
     n = len(f)
-    cost = np.zeros((2 * n, 2 * n))
-    cost[:n, :n] = H
-    cost[n:, n:] = _DEARNESS * np.trace(H) * np.eye(n)
-    rows = np.block([[np.eye(n), np.eye(n)], [B, np.zeros((n, n))]])
-    found = _solver()(cost, np.concatenate((f, np.zeros(n))), rows, lower, upper)
-    return None if found is None else found[:n]
+    inside = _solver()(H, f, np.empty((0, n)), lower[:n], upper[:n])
+    if inside is None:
+        return None
+    free = np.concatenate((np.full(n, -_INFINITE), lower[n:]))
+    return _solver()(B, -B @ inside, B, free, np.concatenate((np.full(n, _INFINITE), upper[n:])))
 
 
 def _solver() -> Callable[..., Array | None]:

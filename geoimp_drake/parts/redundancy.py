@@ -10,7 +10,10 @@ from geoimp_drake.laws.motion_control.resolved_acceleration import (
     check_regular,
     resolved_acceleration,
 )
-from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
+from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
+    singular_value_or_bound,
+    smallest_singular_value,
+)
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.part import Memory, Now, Output
@@ -21,10 +24,15 @@ __all__ = ["RedundantAcceleration", "ResolvedAcceleration", "WatchedRedundantAcc
 
 
 class ResolvedAcceleration:
-    """The part of `RedundancyResolver` for an arm of six joints: (2.5)."""
+    """The part of `RedundancyResolver` for an arm of six joints: (2.5).
 
-    def __init__(self) -> None:
+    Args:
+        threshold: smallest singular value of J below which α is zero, and left to the limits.
+    """
+
+    def __init__(self, threshold: float = 0.0) -> None:
         n = TASK_DIMENSION
+        self._threshold, self._sigma = threshold, compiled(singular_value_or_bound)
         self._law = compiled(resolved_acceleration)
         self.inputs = {"task_acceleration": n, "arm": object()}
         self.memory = Memory()
@@ -37,6 +45,9 @@ class ResolvedAcceleration:
 
     def _write(self, now: Now, alpha: Array) -> None:
         arm, a = now["arm"], _task_acceleration(now)
+        if self._sigma(arm.Jv_V_WE, self._threshold) < self._threshold:
+            alpha[:] = 0.0
+            return
         try:
             alpha[:] = self._law(arm.Jv_V_WE, arm.Jdot_v, a)
         except np.linalg.LinAlgError:

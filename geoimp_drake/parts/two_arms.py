@@ -4,11 +4,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from geoimp_drake.laws.compositions.object_control import HANDS
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.held_object import FoundObject, HeldObject
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.part import Memory, Now, Output, held, nested
+from geoimp_drake.parts.joint_limits import SLACK
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
@@ -17,7 +20,6 @@ from geoimp_drake.typing import Array
 __all__ = ["TwoArms"]
 
 _ARMS = (1, 2)
-_ACTUATIONS = ("actuation_1", "actuation_2")
 
 
 class TwoArms:
@@ -102,6 +104,7 @@ class TwoArms:
             Output(f"actuation_{k}", n, torque, ("found", "time")),
             Output(f"measured_motion_{k}", FRAME_MOTION_SIZE, measured, reading),
             held(f"peak_effort_{k}", nested(place, loop.memory.peak)),
+            *([held(f"limited_{k}", nested(place, loop.limited))] if loop.limits.is_on else []),
         ]
 
     def new_workspace(self) -> list[Any]:
@@ -128,6 +131,7 @@ class TwoArms:
     def find(self, now: Now, found: FoundObject) -> None:
         """Evaluates the object's law."""
         found.memory = memory = self._remembered(now)
+        found.torques.clear()
         first, second = self._measured
         hands = memory[first], memory[second]
         wrenches = self._wrenches(now, memory)
@@ -135,15 +139,19 @@ class TwoArms:
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts the object, or normalizes its quaternions; compares torques with the limits."""
-        self._object.begin(memory[self.memory.object], state, now)
-        for (loop, arm, _), name in zip(self._each, _ACTUATIONS, strict=True):
-            loop.compare_with_limits(memory[arm], now.output(name), now)
+        resolved = [self._resolved(k, now) for k in _ARMS]
+        hands = resolved[0][1][SLACK], resolved[1][1][SLACK]
+        slacks = self._object.slacks(now, now.found.memory[self.memory.measured_1], hands)
+        self._object.keep(memory[self.memory.object], state, now, slacks)
+        for (loop, arm, _), (u, limited) in zip(self._each, resolved, strict=True):
+            loop.compare_with_limits(memory[arm], u, limited, now)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of the object's state; a part without impedance follows D."""
         found = FoundObject()
         self.find(now, found)
         rate[:] = found.rates
+        self._object.hold_back(found.memory[self.memory.object], rate)
 
     def _read(self, memory: Array, now: Now) -> None:
         for loop, arm, measured in self._each:
@@ -183,10 +191,19 @@ class TwoArms:
         return Within(now, {}, given, memory[self.memory.sensors], place=2)
 
     def _write_torque(self, k: int, now: Now, u: Array) -> None:
+        u[:], _ = self._resolved(k, now)
+
+    def _resolved(self, k: int, now: Now) -> tuple[Array, Array]:
+        """Returns the torques of arm k at this time (n) and its `Limited`."""
         found: FoundObject = now.found
-        reference, wrench = found.motions[HANDS.start + k - 1], found.hand_wrenches[k - 1]
-        arm = found.memory[self._arms[k - 1]]
-        self._loops[k - 1].write_torque(now, arm, reference, wrench, u)
+        time, u, limited = found.torques.get(k, (np.nan, NOTHING, NOTHING))
+        if time != now.time:
+            reference, wrench = found.motions[HANDS.start + k - 1], found.hand_wrenches[k - 1]
+            loop, arm = self._loops[k - 1], found.memory[self._arms[k - 1]]
+            u = np.empty(loop.model.num_joints)
+            *_, limited = loop.write_torque(now, arm, reference, wrench, u)
+            found.torques[k] = now.time, u, limited
+        return u, limited
 
     def _write_measured(self, k: int, now: Now, motion: Array) -> None:
         motion[:] = self._remembered(now)[self._measured[k - 1]]

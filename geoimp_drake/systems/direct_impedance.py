@@ -36,6 +36,7 @@ class DirectImpedance(PartSystem):
         input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
         input measured_motion: of E in W (19)
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
+        input slack: what limits leave undone of C's acceleration; zero if not connected (6)
         output compliant_motion: of C in W: E, with the acceleration that is asked of it (19)
         output last_compliant_motion: of C when the last step began; of no input directly (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]

@@ -65,11 +65,12 @@ class Driven:
         return bool((low <= self.q).all() and (self.q <= high).all())
 
     def __str__(self) -> str:
-        acted = [name for name, column in zip(Limited.get_fields(), self.limited.T) if column.any()]
+        fields = Limited.get_fields()[:4]
+        acted = [name for k, name in enumerate(fields) if self.limited[:, k].any()]
         return (
             f"E-C {1e3 * self.distance().max():.2f} mm {self.angle().max():.3f}° end "
             f"{1e3 * self.distance()[-1]:.3f} mm, effort {self.effort():.4g}, speed "
-            f"{self.speed():.3f}, inside {self.stays_inside()}, {acted[:4]}"
+            f"{self.speed():.3f}, inside {self.stays_inside()}, {acted}"
         )
 
 

@@ -47,6 +47,7 @@ BLOCKS = (
     "motion_control",
     "redundancy",
     "inverse_dynamics",
+    "limits",
 )
 FORMS = ("compiled", "blocks")
 SHUFFLED = {6: [4, 2, 6, 1, 3, 5], 7: [7, 2, 5, 1, 3, 4, 6]}
@@ -66,11 +67,13 @@ class Case:
     family: str = "quaternion"
     tracking: str = "quaternion"
     scheme: str = "inner-loop"
+    limited: bool = True
 
     def config(self, form: str) -> ImpedanceControllerConfig:
         config = quick_config(self.velocity)
         config.redundancy = RedundancyConfig(**self.redundancy)
         config.form, config.scheme = form, self.scheme
+        config.limits = config.limits if self.limited else None
         config.impedance.orientation, config.motion.orientation = self.family, self.tracking
         return config
 
@@ -103,6 +106,9 @@ CASES = {
     "damped": Case(7, redundancy={"damping": SingularityDamping(1.0, 0.3)}),
     **{f"family {name}": Case(family=name) for name in FAMILIES if name != "quaternion"},
     **{f"law {name}": Case(tracking=name) for name in ORIENTATION_LAWS if name != "quaternion"},
+    "six, at its efforts": Case(options={"effort": 20.0, "actuator_order": SHUFFLED[6]}),
+    "seven, at its efforts": Case(7, "differenced", options={"effort": 20.0}),
+    "direct, at its efforts": Case(scheme="direct", options={"effort": 20.0}),
     "direct": Case(scheme="direct"),
     "seven, direct, other law": Case(7, family="classical-euler", scheme="direct"),
     "seven, other laws": Case(7, family="angle-axis-sin", tracking="alternative-euler"),
@@ -125,7 +131,8 @@ def both_forms(case: Case) -> tuple[ControlledArm, ControlledArm]:
     compiled, blocks = map(case.arm, FORMS)
     assert isinstance(compiled.controller, PartSystem)
     assert isinstance(compiled.controller.part, ImpedanceController)
-    assert tuple(block.get_name() for block in blocks.controller.GetSystems()) == BLOCKS
+    names = tuple(block.get_name() for block in blocks.controller.GetSystems())
+    assert names == (BLOCKS if case.limited else BLOCKS[:-1])
     return compiled, blocks
 
 
@@ -160,9 +167,11 @@ class LoopAlone:
         self._loop.start(memory, now)
 
     def begin(self, memory: np.ndarray, state: np.ndarray, now: Now) -> None:
-        self._loop.compare_with_limits(memory, now.output("actuation"), now)
+        u = np.empty(self._loop.model.num_joints)
+        *_, limited = self._write_torque(now, u)
+        self._loop.compare_with_limits(memory, u, limited, now)
 
-    def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float]:
+    def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
         memory = self._loop.pass_through(now.memory, now)
         return self._loop.write_torque(now, memory, now["reference_motion"], now["wrench"], u)
 
@@ -416,7 +425,7 @@ def messages(case: Case, form: str, caplog: pytest.LogCaptureFixture) -> list[st
 
 
 def test_saturation_is_said_once_for_each_joint(caplog) -> None:
-    case = Case(options={"effort": 20.0, "actuator_order": SHUFFLED[6]})
+    case = Case(options={"effort": 20.0, "actuator_order": SHUFFLED[6]}, limited=False)
     ours = messages(case, "compiled", caplog)
     assert ours == messages(case, "blocks", caplog)
     joints = [message.split("'")[1] for message in ours]

@@ -29,15 +29,16 @@ BLOCKS = {
     "joint_readings": 2,  # a sample and what it says
     "motion_control": 1,
     "redundancy": 1,
+    "limits": 4,  # its step, what it finds, and that as an acceleration and as a slack
     "inverse_dynamics": 2,  # torques, and their limits
     "wrist_sensors": 2,  # a sample and what it says
 }
 PORTS = {
-    ("plexiglas", "compiled"): 6,
-    ("redundancy", "compiled"): 6,
-    ("bar", "compiled"): 8,
-    ("plexiglas", "blocks"): 18,
-    ("redundancy", "blocks"): 20,
+    ("plexiglas", "compiled"): 5,
+    ("redundancy", "compiled"): 5,
+    ("bar", "compiled"): 6,
+    ("plexiglas", "blocks"): 24,
+    ("redundancy", "blocks"): 26,
 }
 # A constant K_n is compared with what the posture allows.
 WATCHED = {

@@ -36,6 +36,7 @@ from geoimp_drake.parts.wrist_sensor_config import (
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
 from geoimp_drake.systems.arm.arm_model import ArmModel
+from geoimp_drake.systems.arm.constrained_acceleration import ConstrainedAcceleration
 from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialController,
     make_industrial_controller,
@@ -110,6 +111,7 @@ def industrial_controller() -> IndustrialController:
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
+    ConstrainedAcceleration: (lambda: ConstrainedAcceleration(six_joint_model()), 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
     CooperativeReferenceGenerator: (CooperativeReferenceGenerator, 0),
     DirectImpedance: (lambda: DirectImpedance(make_impedance().part), 0),

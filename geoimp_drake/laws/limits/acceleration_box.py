@@ -12,7 +12,7 @@ __all__ = ["acceleration_box", "limits_bind"]
 def _viable_speed(distance: float, deceleration: float, horizon: float) -> float:
     """Returns the largest speed toward a stop from which one may brake; negative behind it.
 
-    (L.2) |ḋ| ≤ √(2 d̈ |d|), and |d|/T close to the stop, where the root would be steep.
+    (L.2) v ≤ √(2 v̇ |d|), and |d|/T close to the stop, where the root would be steep.
     """
     speed = abs(distance) / horizon
     if np.isfinite(deceleration):
@@ -40,8 +40,9 @@ def acceleration_box(
     T, share = settings[0], settings[1]
     for k in range(len(q)):
         slowing = share * limits[4, k] / B[k, k]
-        low = -_viable_speed(q[k] - limits[0, k], slowing, T)
-        high = _viable_speed(limits[1, k] - q[k], slowing, T)
+        # The velocity follows its bound with the time constant T: it is that of T ahead.
+        low = -_viable_speed(q[k] + T * min(v[k], 0.0) - limits[0, k], slowing, T)
+        high = _viable_speed(limits[1, k] - q[k] - T * max(v[k], 0.0), slowing, T)
         box[0, k] = (min(max(low, limits[2, k]), limits[3, k]) - v[k]) / T
         box[1, k] = (max(min(high, limits[3, k]), limits[2, k]) - v[k]) / T
 

@@ -1,4 +1,4 @@
-"""What the compliant frame takes up of the slack: all that gives no energy, the rest from a tank."""
+"""What the compliant frame takes up of the slack: what gives no energy, the rest from a tank."""
 
 from geoimp_drake.typing import Array
 

@@ -81,10 +81,16 @@ class RedundancyResolver(PartSystem):
         super().__init__(self.part_of(model, null_space))
 
     @staticmethod
-    def part_of(model: ControlModel, null_space: NullSpace) -> Part:
-        """Returns the part for an arm, which with six joints has no null space."""
+    def part_of(model: ControlModel, null_space: NullSpace, threshold: float = 0.0) -> Part:
+        """Returns the part for an arm, which with six joints has no null space.
+
+        Args:
+            model: the arm.
+            null_space: how its null-space motion is controlled.
+            threshold: of `ResolvedAcceleration`.
+        """
         if model.num_joints == TASK_DIMENSION:
-            return ResolvedAcceleration()
+            return ResolvedAcceleration(threshold)
         is_watched = null_space.watch is not None
         kind = WatchedRedundantAcceleration if is_watched else RedundantAcceleration
         return kind(model, null_space)

@@ -45,11 +45,15 @@ class CooperativeKinematics(PartSystem):
         input wrench_2: the same by the second, about its own origin (6)
         input mutual_reference: ¹Q_21 of the grasp in its first four entries (19)
         input reference_motion: of O, for its inertial load; if not connected, the weight alone (19)
+        input slack_1: what its limits leave undone of the first hand, zero if not connected (6)
+        input slack_2: the same of the second (6)
         output object_motion: of O in W; accelerations are the means of the hands' (19)
         output object_wrench: h_o = [μ; f] by the object on its environment, about Oo, in W (6)
         output internal_wrench: h_i = [μ; f], in W (6)
         output mutual_motion: ¹Q_21, ᵒΔp_21, ¹ω_21, ᵒΔṗ_21, see `InternalImpedance` (19)
         output mutual_wrench: the internal wrench [¹μ; ᵒf] (6)
+        output object_slack: of the object, for `ImpedanceIntegrator` (6)
+        output mutual_slack: of the mutual pose in its frames, for `InternalImpedance` (6)
     """
 
     def __init__(

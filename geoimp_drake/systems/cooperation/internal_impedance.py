@@ -45,6 +45,7 @@ class InternalImpedance(FlowingPartSystem):
         input wrench: the internal wrench [¹μ; ᵒf] (6) [Nm, N]
         input measured_motion: the measured mutual motion, read until the first step only (19)
         input stiffness_scale: factors of K and K_o, one each if not connected (2)
+        input slack: what limits leave undone, by which C is held back; zero if not connected (6)
         output compliant_motion: the mutual motion for the references (19)
         output last_compliant_motion: the same when the last step began (19)
         output displacement: [ε; Δp], the grasp's mutual pose from that of the references (6) [-, m]
