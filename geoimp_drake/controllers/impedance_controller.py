@@ -21,7 +21,7 @@ from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check, choice
 
-__all__ = ["GRAVITY", "controller_parts", "make_impedance_controller"]
+__all__ = ["GRAVITY", "controller_parts", "impedance_block", "make_impedance_controller"]
 
 # Who holds the arm's weight.
 GRAVITY = ("controller", "robot")

@@ -28,7 +28,7 @@ class HoldBack:
 
     def __init__(self, parts: tuple[bool, bool]):
         self._parts = np.repeat(np.array(parts, dtype=float), 3)
-        self.memory = Memory(slack=NO_SLACK, tank=_TANK, time=np.nan)
+        self.memory = Memory(slack=NO_SLACK, tank=_TANK, time=-_LONGEST_STEP)
 
     def acts(self, memory: Array, slack: Array) -> bool:
         """Whether there is something to be kept."""

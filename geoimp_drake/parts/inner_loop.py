@@ -16,7 +16,7 @@ from geoimp_drake.laws.compositions.arm_torque import (
     arm_torque,
     redundant_arm_torque,
 )
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION, is_finite
 from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
@@ -105,6 +105,15 @@ class InnerLoop:
         self.readings.start(memory[self.memory.readings], now, self._port)
         q = memory[self.memory.readings][self.model.state_order[: self.model.num_joints]]
         self._null_space.keep_start(memory[self.memory.posture], q)
+        reading = memory[self.memory.readings][self.readings.memory.reading]
+        if self.limits.is_on and is_finite(reading):
+            self._rehearse(memory, now)
+
+    def _rehearse(self, memory: Array, now: Now) -> None:
+        """Calls what a limit that binds calls, so that no tick waits for a compiler."""
+        n = self.model.num_joints
+        signals = memory[self.memory.readings], self.motion(memory, now), np.zeros(6), np.empty(n)
+        self._constrain(signals, tuple(np.zeros((3, n))))
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
@@ -240,9 +249,9 @@ class InnerLoop:
             raise
         if outcome == UNUSABLE:
             self._check(now, *signals[:3])
-        return self._constrain(now, signals, terms) if outcome == BOUND else self._unlimited
+        return self._constrain(signals, terms) if outcome == BOUND else self._unlimited
 
-    def _constrain(self, now: Now, signals: tuple[Array, ...], terms: tuple) -> Array:
+    def _constrain(self, signals: tuple[Array, ...], terms: tuple) -> Array:
         """Writes torques within the limits; returns `Limited`."""
         readings, reference, h, u = signals
         arm = self._arm(readings)

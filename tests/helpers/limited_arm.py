@@ -17,6 +17,7 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.models import model_path, package_map
 from geoimp_drake.parts.joint_limits import Limited
+from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 
 POSTURES = {
@@ -109,9 +110,49 @@ def arm_plant(joints: int = 6, effort: float = 1.0) -> MultibodyPlant:
     return plant
 
 
-def rest(X: RigidTransform) -> Callable[[float], np.ndarray]:
-    motion = frame_motion_at_rest(X)
-    return lambda t: motion
+def step(t: float, begin: float, duration: float) -> np.ndarray:
+    """Returns a smooth step from zero to one, and its two derivatives."""
+    s = np.clip((t - begin) / duration, 0.0, 1.0)
+    speed = 30 * (s * (1 - s)) ** 2 / duration
+    return np.array(
+        [s**3 * (10 - 15 * s + 6 * s * s), speed, 60 * s * (1 - s) * (1 - 2 * s) / duration**2]
+    )
+
+
+def there_and_back(X: RigidTransform, shift, turn, duration: float, back: float):
+    """Returns the motion of D that leaves X at 0.1 s and comes back, as a function of time.
+
+    Args:
+        X: where D starts.
+        shift: how far it goes, in W [m].
+        turn: rotation vector of how far it turns, in W [rad].
+        duration: of the way there and of the way back [s].
+        back: when it comes back, at most after a second way [s].
+    """
+    still, shift, turn = frame_motion_at_rest(X), np.array(shift), np.array(turn, dtype=float)
+
+    def motion(t: float) -> np.ndarray:
+        way = step(t, 0.1, duration) - step(t, back, duration)
+        moved = still.copy()
+        moved[:4] = quaternion.product(quaternion.exp(way[0] * turn), still[:4])
+        moved[4:7] += way[0] * shift
+        moved[7:10], moved[10:13] = way[1] * turn, way[1] * shift
+        moved[13:16], moved[16:19] = way[2] * turn, way[2] * shift
+        return moved
+
+    return motion
+
+
+def pushed(force, until: float, duration: float = 0.2) -> Callable[[float], np.ndarray]:
+    """Returns a push [moment; force] that comes at 0.1 s and goes, as a function of time."""
+    push = np.concatenate((np.zeros(3), force))
+    return lambda t: push * (step(t, 0.1, duration) - step(t, until, duration))[0]
+
+
+def outward(X: RigidTransform) -> np.ndarray:
+    """Returns the horizontal direction away from the arm's axis."""
+    direction = X.translation() * [1, 1, 0]
+    return direction / np.linalg.norm(direction)
 
 
 def pose_at(plant: MultibodyPlant, q: np.ndarray) -> RigidTransform:
@@ -129,14 +170,14 @@ def drive(
     push: Callable[[float], np.ndarray] = lambda t: np.zeros(6),
 ) -> Driven:
     """Drives an arm from rest; D rests on E by default, `push` is by the world on E."""
-    builder = DiagramBuilder()
+    builder, still = DiagramBuilder(), frame_motion_at_rest(pose_at(plant, q))
     own = builder.AddSystem(plant)
     E = own.GetFrameByName("flange")
     arm = E.model_instance()
     controller = builder.AddSystem(make_impedance_controller(own, arm, E, config))
     pushing = builder.AddSystem(_Push(own, push))
     felt = builder.AddSystem(Source(lambda t: -push(t)))
-    wanted = builder.AddSystem(Source(desired or rest(pose_at(own, q))))
+    wanted = builder.AddSystem(Source(desired or (lambda t: still)))
     for output, target in (
         (own.get_state_output_port(arm), controller.GetInputPort("estimated_state")),
         (felt.get_output_port(), controller.GetInputPort("wrench")),
@@ -148,7 +189,9 @@ def drive(
     simulator = fixed_step(builder.Build())
     root = simulator.get_mutable_context()
     own.SetPositions(own.GetMyMutableContextFromRoot(root), q)
-    ports = ("measured_motion", "compliant_motion", "actuation", "limited")
+    ports = ["measured_motion", "compliant_motion", "actuation"]
+    if config.limits is not None:
+        ports.append("limited")
     rows = []
 
     def look(root) -> None:
@@ -159,4 +202,7 @@ def drive(
 
     simulator.set_monitor(look)
     simulator.AdvanceTo(duration)
-    return Driven(*(np.array(column) for column in zip(*rows, strict=True)), own)
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    if config.limits is None:
+        columns.append(np.zeros((len(rows), len(Limited.get_fields()))))
+    return Driven(*columns, own)

@@ -50,6 +50,7 @@ class Impedance:
     def config(self) -> ImpedanceControllerConfig:
         """Returns the controller's configuration."""
         config = ImpedanceControllerConfig()
+        config.limits = None  # which would end the growth that is to be seen
         translation, rotation = config.impedance.translation, config.impedance.rotation
         for gains, mass, rate in ((translation, self.mass, 20.0), (rotation, self.inertia, 10.0)):
             gains.mass, gains.damping = np.array(mass), np.array(rate * mass)
