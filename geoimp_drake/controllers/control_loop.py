@@ -118,8 +118,8 @@ class ControlLoop:
 
         Raises:
             SignalError: a signal is not finite or of another size, or no time has passed.
-            SingularityError: six joints in an exactly singular posture, or an attitude leaves the
-                domain of its law.
+            SingularityError: six joints exactly singular without limits, or an attitude leaves
+                the domain of its law.
         """
         self.joints.reading(q, v, self._reading)
         elapsed = self.period if dt is None else dt

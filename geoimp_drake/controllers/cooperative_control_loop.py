@@ -130,8 +130,8 @@ class CooperativeControlLoop:
         Raises:
             SignalError: a signal is not finite or of another size, or no time has passed.
             OutOfDomainError: the hands have turned by more than 355° against each other.
-            SingularityError: six joints in an exactly singular posture, or an attitude leaves the
-                domain of its law.
+            SingularityError: six joints exactly singular without limits, or an attitude leaves
+                the domain of its law.
         """
         elapsed = self.period if dt is None else dt
         for k, joints in enumerate(self.joints):

@@ -47,7 +47,7 @@ class ImpedanceController:
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
-        SingularityError: six joints in an exactly singular posture, or the attitude leaves the
+        SingularityError: six joints exactly singular without `limits`, or the attitude leaves the
             domain of an orientation law.
     """
 

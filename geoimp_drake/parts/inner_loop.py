@@ -168,8 +168,8 @@ class InnerLoop:
 
         Raises:
             SignalError: a signal is NaN or infinite, or the reference's quaternion is not unit.
-            SingularityError: six joints in an exactly singular posture, or the attitude leaves the
-                domain of the orientation law.
+            SingularityError: six joints exactly singular without limits, or the attitude leaves
+                the domain of the orientation law.
         """
         if self._motion.has_domain:
             self._check_domain(now, memory, reference)

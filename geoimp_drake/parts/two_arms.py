@@ -37,7 +37,7 @@ class TwoArms:
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
         OutOfDomainError: the hands have turned by more than 355° against each other.
-        SingularityError: six joints in an exactly singular posture, or an attitude leaves the
+        SingularityError: six joints exactly singular without limits, or an attitude leaves the
             domain of an orientation law.
     """
 

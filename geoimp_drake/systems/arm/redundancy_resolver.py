@@ -54,7 +54,8 @@ class RedundancyResolver(PartSystem):
         ConfigurationError: K_n or the weight is not symmetric positive definite, κ not positive,
             both given, k_β not finite, or the damping negative.
         SignalError: the task acceleration is NaN or infinite.
-        SingularityError: six joints in an exactly singular posture.
+        SingularityError: six joints in an exactly singular posture, unless the part has a
+            threshold, see `part_of`.
 
     Ports:
         input task_acceleration: a = [angular; linear] of E in W (6)
