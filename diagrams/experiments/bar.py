@@ -7,6 +7,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
     ended_in_contact,
+    force_spring_error,
     moment_spring_error,
     orientation_displacement,
     quaternion_error,
@@ -17,7 +18,6 @@ from geoimp_drake.simulation.claims import (
     Claim,
     at_least,
     at_most,
-    force_spring_error,
     last_second,
     within,
 )
@@ -98,7 +98,6 @@ def _claims_at_rest(log: Log, scenario: TightScenario) -> list[Claim]:
 
 def _values_at_rest(log: Log, scenario: TightScenario) -> dict[str, float]:
     rest = last_second(log)
-    _, _, K_p = scenario.impedance.gains("translation")
     dp = np.abs(log[f"{OBJECT}/motion_D"] - log[f"{OBJECT}/motion_C"])[rest][:, POSITION]
     epsilon = np.abs(quaternion_error(log, OBJECT, "C"))[rest]
     wrench = log[f"{OBJECT}/wrench"][rest]
@@ -109,7 +108,7 @@ def _values_at_rest(log: Log, scenario: TightScenario) -> dict[str, float]:
         "across": float((np.abs(wrench[:, 3]) / np.abs(wrench[:, 5])).max()),
         "drift": float(np.ptp(wrench[:, 3:], axis=0).max()),
         "moment drift": float(np.ptp(wrench[:, :3], axis=0).max()),
-        "force": force_spring_error(log, OBJECT, K_p, rest),
+        "force": force_spring_error(log, OBJECT, scenario.impedance, rest),
         "moment": moment_spring_error(log, OBJECT, scenario.impedance, rest),
         "stiffness": contact_stiffness(log, rest),
     }

@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
+    force_spring_error,
     moment_spring_error,
     orientation_displacement,
 )
 from geoimp_drake.simulation.claims import (
     Claim,
     at_most,
-    force_spring_error,
     last_second,
     phase_reached,
 )
@@ -55,8 +55,7 @@ def _values_at_rest(log: Log, scenario: Any) -> dict[str, float]:
     values = {"drift": float(np.ptp(wrench[:, 3:], axis=0).max())}
     axes = scenario.impedance.axes
     if axes in ("both", "translation") and _least(wrench[:, 3:]) > _LEAST_FORCE:
-        _, _, K_p = scenario.impedance.gains("translation")
-        values["force"] = force_spring_error(log, body, K_p, rest)
+        values["force"] = force_spring_error(log, body, scenario.impedance, rest)
     if axes in ("both", "rotation") and _least(wrench[:, :3]) > _LEAST_MOMENT:
         values["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
     return values

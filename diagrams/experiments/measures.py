@@ -9,9 +9,10 @@ import numpy as np
 
 from geoimp_drake.controllers.config import ImpedanceConfig
 from geoimp_drake.laws.impedance.orientation_impedance import OrientationImpedance
+from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.simulation.claims import phase_reached
-from geoimp_drake.systems.frame_motion import QUATERNION
+from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.typing import Array
 
@@ -21,10 +22,12 @@ __all__ = [
     "conditioning",
     "end_reached",
     "ended_in_contact",
+    "force_spring_error",
     "misalignment",
     "moment_spring_error",
     "orientation_displacement",
     "quaternion_error",
+    "spring_force",
 ]
 
 Log = dict[str, Array]
@@ -58,6 +61,26 @@ def orientation_displacement(log: Log, arm: str, impedance: ImpedanceConfig) -> 
 def conditioning(log: Log, arm: str, impedance: ImpedanceConfig) -> Array:
     """Returns cond(T) of the family's Euler angles over time (N); one for other families."""
     return np.array([family.conditioning(D, C) for family, D, C in _attitudes(log, arm, impedance)])
+
+
+def spring_force(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> Array:
+    """Returns K_p Δp_dc in W over some samples (N×3) [N]."""
+    D, C = (log[f"{arm}/motion_{frame}"][samples] for frame in "DC")
+    _, _, K_p = impedance.gains("translation")
+    displacement = D[:, POSITION] - C[:, POSITION]
+    if not impedance.stiffness_is_in_desired():
+        return displacement @ K_p.T
+    attitudes = map(quaternion.to_rotation, D[:, QUATERNION])
+    return np.array(
+        [turned(K_p, R_WD) @ dp for R_WD, dp in zip(attitudes, displacement, strict=True)]
+    )
+
+
+def force_spring_error(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> float:
+    """Returns the largest ‖f − K_pΔp_dc‖ / ‖f‖ over some samples: (3.1) at rest."""
+    force = log[f"{arm}/wrench"][samples, 3:]
+    error = np.linalg.norm(force - spring_force(log, arm, impedance, samples), axis=1)
+    return float((error / np.linalg.norm(force, axis=1)).max())
 
 
 def moment_spring_error(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> float:

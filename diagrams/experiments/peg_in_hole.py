@@ -3,12 +3,21 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.diagrams.experiments.measures import Log
+from geoimp_drake.diagrams.experiments.measures import (
+    Log,
+    spring_force,
+)
 from geoimp_drake.diagrams.scene.insertion import insertion
 from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
-from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
+from geoimp_drake.simulation.claims import (
+    Claim,
+    at_least,
+    at_most,
+    last_second,
+    within,
+)
 from geoimp_drake.simulation.figures import panels_figure
-from geoimp_drake.systems.frame_motion import POSITION, pose_of
+from geoimp_drake.systems.frame_motion import pose_of
 from geoimp_drake.typing import Array
 
 __all__ = ["claims", "depth", "figures", "sweep_values"]
@@ -79,11 +88,9 @@ def _claims_at_rest(log: Log, scenario: LooseScenario) -> list[Claim]:
 
 def _values_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
     arm, rest = scenario.compliant, last_second(log)
-    _, _, K_p = scenario.impedance.gains("translation")
     axis = pose_of(log["hole/motion_H"][0]).rotation().col(2)
     force = log[f"{arm}/wrench"][rest, 3:] @ axis
-    dp = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[rest][:, POSITION]
-    spring = dp @ K_p.T @ axis
+    spring = spring_force(log, arm, scenario.impedance, rest) @ axis
     return {
         "depth": 1e3 * float(depth(log, scenario)[rest].min()),
         "force": float(np.abs(force).mean()),

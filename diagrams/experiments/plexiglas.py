@@ -7,6 +7,7 @@ from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
     ended_in_contact,
+    force_spring_error,
     moment_spring_error,
     orientation_displacement,
 )
@@ -15,7 +16,6 @@ from geoimp_drake.simulation.claims import (
     Claim,
     at_least,
     at_most,
-    force_spring_error,
     last_second,
     normal_stiffness,
     within,
@@ -59,9 +59,8 @@ def _claims_at_rest(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 def _values_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
     arm, rest = scenario.arm, last_second(log)
-    _, _, K_p = scenario.impedance.gains("translation")
     return {
-        "force": force_spring_error(log, arm, K_p, rest),
+        "force": force_spring_error(log, arm, scenario.impedance, rest),
         "moment": moment_spring_error(log, scenario.arm, scenario.impedance, rest),
         "stiffness": normal_stiffness(log, arm, rest),
         "drift": float(np.ptp(log[f"{arm}/wrench"][rest, 3:], axis=0).max()),

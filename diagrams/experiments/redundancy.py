@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
+    force_spring_error,
     orientation_displacement,
     quaternion_error,
 )
@@ -15,7 +16,6 @@ from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.simulation.claims import (
     Claim,
     at_most,
-    force_spring_error,
     phase_reached,
 )
 from geoimp_drake.simulation.figures import interaction_figure, panels_figure
@@ -87,14 +87,13 @@ def _claims_on_contact(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 def _contact_values(log: Log, scenario: SingleArmScenario, end: float) -> dict[str, float]:
     arm = scenario.arm
     settled = (log["t"] >= end - 1.0) & (log["t"] <= end)
-    _, _, K_p = scenario.impedance.gains("translation")
     epsilon = np.abs(orientation_displacement(log, scenario.arm, scenario.impedance)[settled])
     wrench = log[f"{arm}/wrench"][settled]
     # D keeps its attitude, so its y axis at the start is the axis about which the disk is tilted.
     y_W = to_rotation(log[f"{arm}/motion_D"][0, QUATERNION])[:, 1]
     w = task_value(log, scenario)
     return {
-        "force": force_spring_error(log, arm, K_p, settled),
+        "force": force_spring_error(log, arm, scenario.impedance, settled),
         "axis": float((epsilon[:, [0, 2]].max(axis=1) / epsilon[:, 1]).max()),
         "moment": _across_over_along(wrench[:, :3], y_W),
         "across": _across_over_along(wrench[:, 3:], log["surface/plane"][:3]),

@@ -12,10 +12,11 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance, make_family
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
+from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_form
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.direct_impedance import DirectImpedance
-from geoimp_drake.parts.impedance import AXES, Impedance
+from geoimp_drake.parts.impedance import AXES, TRANSLATION_AXES, Impedance
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
@@ -44,6 +45,9 @@ _RATIO_TOLERANCE = 1e-6
 
 # What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
+
+# What `stiffness` of a rotation is: K_o, or the K_R of Seo's geometric impedance control.
+STIFFNESS_FORMS = ("chapter", "seo")
 
 # What makes E behave as the impedance says.
 SCHEMES = ("inner-loop", "direct")
@@ -86,12 +90,13 @@ class _Gains:
 
 @dataclass
 class TranslationGains(_Gains):
-    """Gains of (3.1), in W: one number for k I, three for the diagonal, or a 3×3 matrix."""
+    """Gains of (3.1): one number for k I, three for the diagonal, or a 3×3 matrix."""
 
     mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
     damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
     stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
+    axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
 
 
 @dataclass
@@ -102,6 +107,7 @@ class RotationGains(_Gains):
     damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
     stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
     principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
+    stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
 
 
 @dataclass
@@ -118,16 +124,26 @@ class ImpedanceConfig:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         choice(self.orientation, key(name, "orientation"), FAMILIES)
         choice(self.axes, key(name, "axes"), AXES)
+        choice(self.translation.axes, key(name, "translation.axes"), TRANSLATION_AXES)
+        form = key(name, "rotation.stiffness_form")
+        choice(self.rotation.stiffness_form, form, STIFFNESS_FORMS)
         if self.coupling is not None:
             finite_array(self.coupling, key(name, "coupling"), (3, 3))
 
     def gains(self, part: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
         gains: _Gains = getattr(self, part)
-        return gains.matrices(f"impedance.{part}")
+        mass, damping, stiffness = gains.matrices(f"impedance.{part}")
+        if part == "rotation" and self.rotation.stiffness_form == "seo":
+            stiffness = stiffness_from_trace_form(stiffness)
+        return mass, damping, stiffness
+
+    def stiffness_is_in_desired(self) -> bool:
+        """Returns whether K_p is in D's axes; otherwise it is in W's."""
+        return self.coupling is not None or self.translation.axes == "desired"
 
     def masses(self) -> Array:
-        """Returns M_o and M_p (2, 3, 3)."""
+        """Returns M_o and M_p (2, 3, 3), the latter as given, whatever its axes."""
         return np.array([self.gains(part)[0] for part in ("rotation", "translation")])
 
     def natural_period(self) -> float:
@@ -148,7 +164,13 @@ class ImpedanceConfig:
         """Returns the part."""
         check(self, "impedance")
         rotation = self.make_rotation()
-        return Impedance(*self.gains("translation"), rotation, self.axes, K_c=self.coupling)
+        return Impedance(
+            *self.gains("translation"),
+            rotation,
+            self.axes,
+            K_c=self.coupling,
+            translation_axes=self.translation.axes,
+        )
 
 
 @dataclass

@@ -139,10 +139,16 @@ def linear_gains(
         R_WE: orientation of the end effector (3×3).
         hands: how many carry what has this impedance.
     """
+    # D is at E when the loop begins, and so are translation gains in its axes.
+    turned = impedance.translation.axes == "desired"
+    frames = [
+        R_WE if in_desired else np.eye(3)
+        for in_desired in (turned, turned, impedance.stiffness_is_in_desired())
+    ]
     mass, damping, stiffness = (
-        _block_diagonal(R_WE @ rotation @ R_WE.T, translation) / hands
-        for rotation, translation in zip(
-            impedance.gains("rotation"), impedance.gains("translation"), strict=True
+        _block_diagonal(R_WE @ rotation @ R_WE.T, R_WD @ translation @ R_WD.T) / hands
+        for rotation, translation, R_WD in zip(
+            impedance.gains("rotation"), impedance.gains("translation"), frames, strict=True
         )
     )
     free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]

@@ -21,6 +21,7 @@ from geoimp_drake.laws.impedance.compliant_motion import (
     has_diverged,
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
+from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
@@ -30,9 +31,12 @@ from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, finite_array, spd_matrix
 
-__all__ = ["AXES", "Impedance"]
+__all__ = ["AXES", "TRANSLATION_AXES", "Impedance"]
 
 AXES = ("both", "translation", "rotation", "none")
+
+# In which M_p, D_p and K_p are given.
+TRANSLATION_AXES = ("world", "desired")
 
 _log = logging.getLogger("drake")
 
@@ -65,8 +69,10 @@ class Impedance:
         axes: str = "both",
         K_c: Array | None = None,
         remedy: str = "",
+        translation_axes: str = "world",
     ):
         choice(axes, "impedance axes", AXES)
+        choice(translation_axes, "translation axes", TRANSLATION_AXES)
         self._remedy = remedy or _REMEDY
         self._M_p = spd_matrix(M_p, "M_p")
         self._D_p = spd_matrix(D_p, "D_p")
@@ -75,7 +81,10 @@ class Impedance:
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
         self._translates = axes in ("both", "translation")
-        self._energies = Energies(self._M_p, self._D_p, self._K_p, rotation, self._K_c)
+        self._in_desired = translation_axes == "desired"
+        self._energies = Energies(
+            self._M_p, self._D_p, self._K_p, rotation, self._K_c, in_desired=self._in_desired
+        )
         self.family_law, self.family_name = rotation.law, rotation.name
         self._law = compiled(compliant_motion(self.family_law))
         self.write_rate = compiled(frame_state_rate)
@@ -83,7 +92,7 @@ class Impedance:
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
             np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
             np.zeros((3, 3)) if self._K_c is None else self._K_c,
-            np.array([self._translates, self._rotates, self._K_c is not None]),
+            np.array([self._translates, self._rotates, self._K_c is not None, self._in_desired]),
         )
         self.has_domain = self._rotates and rotation.has_domain
         self._has_conditioning = self._rotates and rotation.has_conditioning
@@ -239,12 +248,15 @@ class Impedance:
         energy = ImpedanceEnergy(self.energy(now, C, NO_SLACK))
         gained = energy.translational_dissipated_power + energy.rotational_dissipated_power
         held = memory[self.memory.held]
-        self._back.keep(held, slack, C[VELOCITY], self._mass(C), gained, now.time)
+        mass = self._mass(C, now["desired_motion"])
+        self._back.keep(held, slack, C[VELOCITY], mass, gained, now.time)
 
-    def _mass(self, C: Array) -> Array:
-        """Returns the mass matrix in W (6, 6), M_o turned with C (19,)."""
+    def _mass(self, C: Array, D: Array) -> Array:
+        """Returns the mass matrix in W (6, 6): M_o turned with C (19,), M_p with D if given so."""
         R_WC, M = quaternion.to_rotation(C[QUATERNION]), np.zeros((6, 6))
         M[:3, :3], M[3:, 3:] = R_WC @ self._rotation.M_o @ R_WC.T, self._M_p
+        if self._in_desired:
+            M[3:, 3:] = turned(self._M_p, quaternion.to_rotation(D[QUATERNION]))
         return M
 
     def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:

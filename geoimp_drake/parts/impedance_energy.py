@@ -33,14 +33,23 @@ class Energies:
     Args:
         M, D, K: of translation (3×3) [kg, Ns/m, N/m].
         rotation: the orientation family with its gains.
-        K_c: coupling (3×3) [N]; None for none.
+        K_c: coupling (3×3) [N]; None for none. With one, K is in D.
+        in_desired: whether M, D and K are in D; otherwise in W.
     """
 
     def __init__(
-        self, M: Array, D: Array, K: Array, rotation: OrientationImpedance, K_c: Array | None
+        self,
+        M: Array,
+        D: Array,
+        K: Array,
+        rotation: OrientationImpedance,
+        K_c: Array | None,
+        *,
+        in_desired: bool = False,
     ):
         self._M, self._D, self._K = M, D, K
         self._rotation, self._K_c = rotation, K_c
+        self._turns, self._spring_turns = in_desired, in_desired or K_c is not None
 
     def evaluate(self, D: Array, C: Array, wrench: Array, scale: Array) -> Array:
         """Returns ImpedanceEnergy (9,) [J, W].
@@ -76,10 +85,16 @@ class Energies:
     def _translational_energy(self, C: Array, D: Array, force: Array) -> tuple[float, ...]:
         dp = D[POSITION] - C[POSITION]
         dv = D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY]
+        power = translational_impedance.supplied_power(dv, force)
+        R_WD = quaternion.to_rotation(D[QUATERNION])
+        if self._spring_turns:
+            dp = R_WD.T @ dp
+        if self._turns:
+            dv = R_WD.T @ dv
         return (
             translational_impedance.kinetic_energy(dv, self._M),
             translational_impedance.potential_energy(dp, self._K),
-            translational_impedance.supplied_power(dv, force),
+            power,
             translational_impedance.dissipated_power(dv, self._D),
         )
 

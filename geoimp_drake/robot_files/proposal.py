@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.geometry import SceneGraph
@@ -117,7 +118,7 @@ def propose_impedance(arm: ArmState, period: float = 1e-3) -> ImpedanceConfig:
     turned = max(float(np.linalg.eigvalsh(inertia[:3, :3])[0]), mass * _LEVER**2)
     omega = min(_FREQUENCY, _ANGLE_PER_SAMPLE / period)
 
-    def gains(M: float) -> dict[str, Array]:
+    def gains(M: float) -> dict[str, Any]:
         values = {"mass": M, "damping": 2.0 * _DAMPING_RATIO * omega * M, "stiffness": omega**2 * M}
         return {name: np.array(_rounded(value)) for name, value in values.items()}
 

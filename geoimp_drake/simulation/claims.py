@@ -16,7 +16,6 @@ __all__ = [
     "Claim",
     "at_least",
     "at_most",
-    "force_spring_error",
     "format_claims",
     "last_second",
     "normal_stiffness",
@@ -102,14 +101,6 @@ def phase_reached(log: Mapping[str, Array], end: float) -> bool:
 def last_second(log: Mapping[str, Array]) -> Array:
     """Returns the mask of the samples of the last second."""
     return log["t"] >= log["t"][-1] - 1.0
-
-
-def force_spring_error(log: Mapping[str, Array], arm: str, K_p: Array, samples: Array) -> float:
-    """Returns the largest ‖f − K_pΔp_dc‖ / ‖f‖ over some samples: (3.1) at rest."""
-    force = log[f"{arm}/wrench"][samples, 3:]
-    displacement = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[samples][:, POSITION]
-    error = np.linalg.norm(force - displacement @ K_p.T, axis=1)
-    return float((error / np.linalg.norm(force, axis=1)).max())
 
 
 def normal_stiffness(log: Mapping[str, Array], arm: str, samples: Array) -> float:

@@ -26,7 +26,8 @@ class ImpedanceIntegrator(FlowingPartSystem):
     E after another controller has moved the arm.
 
     With a coupling K_c (laws/coupled_stiffness.py) translation and rotation load each other; K_p is
-    then in D instead of W.
+    then in D instead of W. With `translation_axes` desired, M_p, D_p and K_p are all in D and turn
+    with it: the stiffness then stores what D's turning works on it, which no wrench supplied.
 
     Near a singularity of the family's Euler angles, where cond(T) exceeds 10, a warning is logged
     once; at the singularity, or beyond ϑ_M of an angle/axis family, a named error is raised.
@@ -37,11 +38,12 @@ class ImpedanceIntegrator(FlowingPartSystem):
     Frames: W world, D desired, C compliant, E end effector.
 
     Args:
-        M_p, D_p, K_p: symmetric positive definite (3×3), in W [kg, Ns/m, N/m].
+        M_p, D_p, K_p: symmetric positive definite (3×3) [kg, Ns/m, N/m].
         rotation: the orientation family with its gains.
         axes: `both`, or `translation` / `rotation` for an impedance on one part only; the other
             part of C then equals D. With `none` C is D: plain motion control, to compare with.
         K_c: coupling (3×3), in D [N]; for the quaternion family on both parts only.
+        translation_axes: those of M_p, D_p and K_p: `world` or `desired`.
 
     Raises:
         ConfigurationError: a gain is not symmetric positive definite, `axes` is unknown, or the
@@ -69,5 +71,8 @@ class ImpedanceIntegrator(FlowingPartSystem):
         rotation: OrientationImpedance,
         axes: str = "both",
         K_c: Array | None = None,
+        translation_axes: str = "world",
     ):
-        super().__init__(Impedance(M_p, D_p, K_p, rotation, axes, K_c))
+        super().__init__(
+            Impedance(M_p, D_p, K_p, rotation, axes, K_c, translation_axes=translation_axes)
+        )

@@ -84,7 +84,13 @@ def test_impedance_is_the_same_compiled(name: str) -> None:
     C, D = motions(rng)
     gains = np.array([spd(rng) for _ in range(3)])
     rotation = np.array([family.M_inv, family.D_o, family.K_o])
-    for parts in ([True, True, False], [True, True, True], [False, False, False]):
+    for parts in (
+        [True, True, False, False],
+        [True, True, True, False],
+        [True, True, False, True],
+        [True, True, True, True],
+        [False, False, False, False],
+    ):
         plain, fast = both(
             law, C[:13], D, rng.normal(size=6), gains, rotation, spd(rng), np.array(parts), size=19
         )

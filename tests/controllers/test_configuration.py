@@ -243,3 +243,9 @@ def test_two_configurations_share_nothing() -> None:
     for kind in (TranslationGains, RotationGains, ImpedanceConfig, MotionConfig, SamplingConfig):
         assert kind() is not kind()
     assert float(RedundancyConfig().K_n) == 0.0
+
+
+def test_seos_stiffness_becomes_the_quaternion_laws() -> None:
+    rotation = RotationGains(stiffness=np.array([20.0, 30.0, 10.0]), stiffness_form="seo")
+    _, _, K_o = ImpedanceConfig(rotation=rotation).gains("rotation")
+    np.testing.assert_allclose(K_o, np.diag([40.0, 30.0, 50.0]))

@@ -12,9 +12,9 @@ from library_tree import MODULES, ROOT, parsed
 
 TEXT = (ROOT / "EQUATIONS.md").read_text(encoding="utf-8")
 TABLES, _, LISTS = TEXT.partition("\n## The others\n")
-NUMBER = r"\(\d\.\d+(?: coupled)?\)|\(L\.\d\)|Table \d\.\d+"
+NUMBER = r"\(\d\.\d+(?: (?:coupled|trace))?\)|\(L\.\d\)|Table \d\.\d+"
 
-# Every equation of the chapter, the two that have a name instead of a number of their own, and the
+# Every equation of the chapter, those that have a name instead of a number of their own, and the
 # library's own about limits.
 CHAPTER = [
     *(
@@ -23,6 +23,7 @@ CHAPTER = [
         for k in range(1, last + 1)
     ),
     "Table 2.1",
+    "(3.29 trace)",
     "(3.31 coupled)",
     *(f"(L.{k})" for k in range(1, 4)),
 ]

@@ -19,8 +19,8 @@ from geoimp_drake.laws.frame_motion import (
     is_frame_motion,
 )
 from geoimp_drake.laws.impedance.coupled_stiffness import without_coupling
-from geoimp_drake.laws.impedance.translational_impedance import compliant_acceleration
-from geoimp_drake.rotations.quaternion import normalized, rate
+from geoimp_drake.laws.impedance.translational_impedance import compliant_acceleration, turned
+from geoimp_drake.rotations.quaternion import normalized, rate, to_rotation
 from geoimp_drake.typing import Array
 
 __all__ = ["compliant_motion", "frame_state_rate", "has_diverged"]
@@ -77,11 +77,11 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
             state: of C, a frame motion without its accelerations (13,).
             desired: motion of D (19,).
             wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6,).
-            translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W; with a coupling, K_p is in D.
+            translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W or in D; with a coupling, K_p is in D.
             rotation: M_o⁻¹, D_o and K_o (3, 3, 3).
             coupling: K_c (3, 3), in D [N].
-            parts: whether translation, rotation and coupling take part (3,); what has no
-                impedance follows D.
+            parts: whether translation, rotation and coupling take part, and whether `translation`
+                is in D (4,); what has no impedance follows D.
             motion: of C (19,), where to write.
         """
         if not is_frame_motion(desired) or has_diverged(wrench) or has_diverged(state):
@@ -93,11 +93,19 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         )
         motion[:FRAME_MOTION_SIZE] = D  # which what has no impedance follows
         Q_WD, Q_WC, dp = D[QUATERNION], normalized(C[QUATERNION]), D[POSITION] - C[POSITION]
-        h, K_p = sized(wrench, 6), sized(translation[2], 3, 3)
         moment, force = h[:3], h[3:]
+        M_inv, D_p, K_p = (
+            sized(translation[0], 3, 3),
+            sized(translation[1], 3, 3),
+            sized(translation[2], 3, 3),
+        )
         if parts[2]:
             K_c = sized(coupling, 3, 3)
             moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, K_c)
+        elif parts[3]:
+            K_p = turned(K_p, to_rotation(Q_WD))
+        if parts[3]:
+            M_inv, D_p = turned(M_inv, to_rotation(Q_WD)), turned(D_p, to_rotation(Q_WD))
         if parts[1]:
             motion[QUATERNION] = Q_WC
             motion[ANGULAR_VELOCITY] = C[ANGULAR_VELOCITY]
@@ -120,8 +128,8 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
                 D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY],
                 dp,
                 force,
-                sized(translation[0], 3, 3),
-                sized(translation[1], 3, 3),
+                M_inv,
+                D_p,
                 K_p,
             )
         return True

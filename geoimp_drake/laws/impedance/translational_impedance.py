@@ -16,6 +16,7 @@ __all__ = [
     "kinetic_energy",
     "potential_energy",
     "supplied_power",
+    "turned",
 ]
 
 
@@ -68,3 +69,9 @@ def dissipated_power(dv_dc: Array, D: Array) -> float:
 def supplied_power(dv_dc: Array, f: Array) -> float:
     """(3.1) fᵀΔṗ [W] = d(kinetic + potential)/dt + dissipated power."""
     return np.dot(f, dv_dc)
+
+
+@compilable
+def turned(gain: Array, R_WD: Array) -> Array:
+    """(3.1) R_d A R_dᵀ (3, 3): a gain A that is given in D's axes, in W."""
+    return R_WD @ gain @ R_WD.T
