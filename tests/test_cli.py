@@ -63,6 +63,7 @@ def test_the_log_has_the_keys_and_shapes_of_the_contract(out):
         "six/motion_C": (6, 19),
         "six/wrench": (6, 6),
         "six/wrench_true": (6, 6),
+        "six/limited": (6, 10),
         "surface/plane": (4,),
         "surface/disk": (3,),
     }

@@ -43,6 +43,8 @@ class CompliantArm:
             "wrench": self.controller.GetOutputPort("wrench"),
             "wrench_true": self.controller.GetOutputPort("wrench_true"),
         }
+        if self.controller.HasOutputPort("limited"):
+            ports["limited"] = self.controller.GetOutputPort("limited")
         record_arm(recorder, plant, self.name, ports)
 
 

@@ -206,6 +206,8 @@ def _record(
             "wrench": controller.GetOutputPort(f"wrench_{k}"),
             "wrench_true": controller.GetOutputPort(f"wrench_true_{k}"),
         }
+        if scenario.limits is not None:
+            ports["limited"] = controller.GetOutputPort(f"limited_{k}")
         record_arm(recorder, plant, arm, ports)
     for key, port in {
         "motion_O": controller.GetOutputPort("object_motion"),

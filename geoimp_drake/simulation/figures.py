@@ -3,9 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from geoimp_drake.parts.joint_limits import SLACK
 from geoimp_drake.simulation.style import (
     AXIS_STYLES,
     figure_style,
@@ -18,6 +20,9 @@ from geoimp_drake.typing import Array
 __all__ = ["contact_time", "interaction_figure", "panels_figure"]
 
 Phases = list[tuple[str, float, float]]
+
+# What is shaded while a limit acts: the lowest part of a panel.
+_LIMIT_HEIGHT, _LIMIT_COLOUR = 0.04, "#CC3311"
 
 _TOUCH, _TOUCH_TIME = 1.0, 0.05  # true force [N] and for how long [s] it counts as contact
 
@@ -64,6 +69,7 @@ def interaction_figure(
             )
             shade_phases(panel, phases, label=first)
             _mark_contact(panel, log, arm, label=first)
+            _shade_limits(panel, log, arm, label=first)
         for panel in axes[-1]:
             panel.set_xlabel("time [s]")
         figure.suptitle(title)
@@ -99,6 +105,7 @@ def panels_figure(
                 _plot_components(axes, log["t"], values, name, label, least=least)
             shade_phases(axes, phases, label=False)
             _mark_contact(axes, log, arm, label=False)
+            _shade_limits(axes, log, arm, label=False)
             axes.set_xlabel("time [s]")
         figure.suptitle(title)
     return figure
@@ -161,6 +168,27 @@ def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
         if t - begin >= _TOUCH_TIME:
             return float(begin)
     return None
+
+
+def _shade_limits(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:
+    """Shades at the bottom when a limit of the arm acts; `label` writes that once."""
+    if f"{arm}/limited" not in log:
+        return
+    acts = log[f"{arm}/limited"][:, : SLACK.start].any(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], acts, [False])).astype(int)))
+    t = np.append(log["t"], log["t"][-1])
+    for begin, end in edges.reshape(-1, 2):
+        axes.axvspan(t[begin], t[end], ymax=_LIMIT_HEIGHT, color=_LIMIT_COLOUR, linewidth=0)
+    if label and len(edges):
+        axes.annotate(
+            "at a limit",
+            (t[edges[0]], _LIMIT_HEIGHT),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, 2),
+            textcoords="offset points",
+            fontsize=8,
+            color=_LIMIT_COLOUR,
+        )
 
 
 def _mark_contact(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.joint_limits import Limited
 from geoimp_drake.systems.frame_motion import FrameMotion
 from geoimp_drake.typing import Array
 
@@ -28,6 +29,7 @@ _MOTION_UNITS = {
 }
 _MOTION = {name: _MOTION_UNITS[name[:-2]] for name in FrameMotion.get_fields()}
 _WRENCH = {f"moment_{c}": "N m" for c in "xyz"} | {f"force_{c}": "N" for c in "xyz"}
+_LIMITED = dict(zip(Limited.get_fields(), ["1"] * 4 + ["rad/s^2"] * 3 + ["m/s^2"] * 3, strict=True))
 _PLANE = {"normal_x": "1", "normal_y": "1", "normal_z": "1", "offset": "m"}
 _POINT = dict.fromkeys("xyz", "m")
 
@@ -118,6 +120,7 @@ def _components(log: dict[str, Array], key: str) -> tuple[str, _Components]:
         "motion": ("motion", _MOTION),
         "wrench": ("wrench", _WRENCH),
         "plane": ("plane", _PLANE),
+        "limited": ("limit", _LIMITED),
         "disk": ("point", _POINT),
     }
     if what in _JOINT:

@@ -83,3 +83,16 @@ def test_a_name_is_drawn_as_it_is_written(figure, name) -> None:
     assert texts
     # Else the name would be taken for a formula.
     assert not any(text.get_parse_math() for text in texts)
+
+
+@pytest.mark.parametrize("last", [30, 49])
+def test_spans_in_which_a_limit_acts_are_shaded(last: int) -> None:
+    limited = np.zeros((50, 10))
+    limited[10:20, 2] = limited[25 : last + 1, 3] = 1.0
+    limited[40:45, 5] = 1.0  # a slack alone is none
+    log = {"t": T, "arm/limited": limited}
+    panel = ("signal", "f [N]", NOISE, None)
+    (axes,) = panels_figure(log, "arm", [panel], "title", []).axes
+    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+    ends = [(T[10], T[20]), (T[25], T[min(last + 1, 49)])]
+    np.testing.assert_allclose(spans, ends)
