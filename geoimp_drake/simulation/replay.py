@@ -3,6 +3,7 @@
 import logging
 import os
 import socket
+import stat
 
 from pydrake.geometry import Meshcat, MeshcatParams
 
@@ -63,8 +64,11 @@ def stop_listening(meshcat: Meshcat) -> None:
 
 def _listens(descriptor: int, port: int) -> bool:
     try:
+        # `fromfd` would leave its copy of what is no socket open.
+        if not stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+            return False
         with socket.fromfd(descriptor, socket.AF_INET, socket.SOCK_STREAM) as copy:
             listens = copy.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
             return bool(listens) and copy.getsockname()[1:2] == (port,)
-    except OSError:  # it is a file, or closed again
+    except OSError:  # it is closed again
         return False

@@ -216,8 +216,9 @@ def test_a_replay_is_recorded_while_nothing_listens(tmp_path, monkeypatch):
 
 def test_a_meshcat_that_listens_no_longer_leaves_others_alone_and_ends_well():
     other, meshcat = start_meshcat(*VIEW), start_meshcat(*VIEW)
-    port = meshcat.port()
+    port, opened = meshcat.port(), psutil.Process().num_fds()
     stop_listening(meshcat)
+    assert psutil.Process().num_fds() == opened
     ports = {number for _, number in here()}
     assert other.port() in ports
     assert port not in ports
