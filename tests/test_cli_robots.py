@@ -154,6 +154,8 @@ def test_warnings_name_the_users_file_and_come_once_a_kind(folder, capsys):
 WARNED = {
     # A gain of the null-space motion that the controller's period does not bear.
     "K_n of the null-space motion is too large": {"redundancy": {"K_n": 200.0}},
+    # The same where it is known with the torques.
+    "K_n .* too large at t = 0": {"redundancy": {"K_n": 200.0}, "form": "compiled"},
     # Most of the last joint's inertia lies beyond the sensor, where a link has been cut.
     "inertia": {"sensor": {"inertial_load": "none"}},
 }

@@ -18,7 +18,7 @@ from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_error,
 )
 from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
-from geoimp_drake.laws.redundancy.null_space_gain import null_space_force
+from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay_bound, null_space_force
 from geoimp_drake.typing import Array
 
 __all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]
@@ -59,8 +59,10 @@ class ArmDynamics(Protocol):
 
     def null_space(
         self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
-    ) -> tuple[Array, Array, Array]:
-        """Returns J† (n, 6), α_n (n,) and e_n (n,) of (3.33), (3.38) and (3.37).
+    ) -> tuple[Array, Array, Array, float]:
+        """Returns J† (n, 6), α_n (n,) and e_n (n,), and a bound on the rates at which it decays.
+
+        They are those of (3.33), (3.38), (3.37) and `null_space_decay_bound`.
 
         Args:
             scratch: a context of the model's plant.
@@ -104,7 +106,7 @@ class ChainDynamics:
 
     def null_space(
         self, scratch: Scratch | None, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
-    ) -> tuple[Array, Array, Array]:
+    ) -> tuple[Array, Array, Array, float]:
         """See `ArmDynamics`."""
         dB, s, links = arm.chain
         return self._null_space(arm.Jv_V_WE, arm.v, arm.B, dB, arm.Cv, s, links, *gradients, *gains)
@@ -126,7 +128,7 @@ class DrakeDynamics:
 
     def null_space(
         self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
-    ) -> tuple[Array, Array, Array]:
+    ) -> tuple[Array, Array, Array, float]:
         """See `ArmDynamics`."""
         K, kappa, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = gains
         gradient, gradient_rate = gradients
@@ -157,4 +159,4 @@ class DrakeDynamics:
             null_space_force(K, kappa, arm.B, e_n),
             C_e,
         )
-        return J_pinv, alpha_n, e_n
+        return J_pinv, alpha_n, e_n, null_space_decay_bound(N, B_inverse, K)

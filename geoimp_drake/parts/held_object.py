@@ -50,7 +50,8 @@ class FoundObject:
         pose: of the grasp (7).
         memory: of the whole part, with what has passed through.
         hand_wrenches: of both hands (6).
-        torques: of an arm's number: a time, its torques then (n) and its `Limited`.
+        torques: of an arm's number: a time, its torques then (n), its
+            `null_space_decay_bound` and its `Limited`.
     """
 
     __slots__ = (
@@ -70,7 +71,7 @@ class FoundObject:
         self.rates = np.empty(2 * FRAME_STATE_SIZE)
         self.state = self.pose = self.memory = NOTHING
         self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
-        self.torques: dict[int, tuple[float, Array, Array]] = {}
+        self.torques: dict[int, tuple[float, Array, float, Array]] = {}
 
 
 class HeldObject:

@@ -29,7 +29,7 @@ class _Found:
     def __init__(self) -> None:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self.memory = self.wrench = self.u = NOTHING
-        self.time, self.reports = np.nan, (NOTHING, 0.0, NOTHING)
+        self.time, self.reports = np.nan, (NOTHING, 0.0, 0.0, NOTHING)
 
 
 class ImpedanceController:
@@ -140,10 +140,10 @@ class ImpedanceController:
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
         found = self._resolved(now)
-        *_, limited = found.reports
+        *_, bound, limited = found.reports
         place = memory[self.memory.impedance]
         self._impedance.keep(place, state, now, found.motion, limited[SLACK])
-        self._loop.compare_with_limits(memory[self.memory.arm], found.u, limited, now)
+        self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""

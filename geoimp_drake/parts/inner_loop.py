@@ -113,7 +113,7 @@ class InnerLoop:
         """Calls what a limit that binds calls, so that no tick waits for a compiler."""
         n = self.model.num_joints
         signals = memory[self.memory.readings], self.motion(memory, now), np.zeros(6), np.empty(n)
-        self._constrain(signals, tuple(np.zeros((3, n))))
+        self._constrain(signals, (*np.zeros((2, n)), np.zeros(n + 1)))
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
@@ -156,8 +156,10 @@ class InnerLoop:
 
     def write_torque(
         self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
-    ) -> tuple[Array, float, Array]:
-        """Writes the torques; returns e_n and w, both zero for six joints, and `Limited`.
+    ) -> tuple[Array, float, float, Array]:
+        """Writes the torques; returns e_n, w, `null_space_decay_bound` and `Limited`.
+
+        The first three are zero for six joints.
 
         Args:
             now: has the time and the ports' names.
@@ -175,8 +177,8 @@ class InnerLoop:
             self._check_domain(now, memory, reference)
         signals = memory[self.memory.readings], reference, wrench, u
         if not self.is_redundant:
-            return self._none, 0.0, self._resolve(now, signals)
-        error = np.empty_like(self._none)
+            return self._none, 0.0, 0.0, self._resolve(now, signals)
+        error = np.empty(len(u) + 1)
         x = signals[0][self.model.state_order]
         task = self._null_space.evaluate_task(
             memory[self.memory.posture],
@@ -186,7 +188,7 @@ class InnerLoop:
         )
         terms = task.gradient, task.gradient_rate, error, *self._null_space.arguments
         limited = self._resolve(now, signals, *terms)
-        return error, task.value, limited
+        return error[:-1], task.value, float(error[-1]), limited
 
     def smallest_singular_value(self, memory: Array, now: Now) -> float:
         """Returns that of the Jacobian of E, in rad and m.
@@ -201,7 +203,9 @@ class InnerLoop:
         self._check_reading(memory, now)
         return float(smallest_singular_value(self._jacobian(memory[self.memory.readings])))
 
-    def compare_with_limits(self, memory: Array, torque: Array, limited: Array, now: Now) -> None:
+    def compare_with_limits(
+        self, memory: Array, torque: Array, bound: float, limited: Array, now: Now
+    ) -> None:
         """Remembers what limits do and the largest torques; warns of what is new.
 
         That is a limit that acts, a saturation, and a K_n that is too large.
@@ -209,6 +213,7 @@ class InnerLoop:
         Args:
             memory: of this part, moved on.
             torque: requested, in the order of the actuators (n) [Nm, N].
+            bound: what `write_torque` has returned for K_n [1/s].
             limited: `Limited` (10,).
             now: has the time and the system's name.
         """
@@ -220,6 +225,7 @@ class InnerLoop:
         if self._null_space.watch is not None:
             self._null_space.check_gain(
                 memory[self.memory.posture],
+                bound,
                 lambda: self._arm(memory[self.memory.readings]),
                 system,
                 now.time,
@@ -258,7 +264,7 @@ class InnerLoop:
         a = self._motion.acceleration(reference, arm)
         alpha_0 = self._none
         if self.is_redundant:
-            J_pinv, alpha_n, terms[2][:] = self._dynamics.null_space(
+            J_pinv, alpha_n, terms[2][:-1], terms[2][-1] = self._dynamics.null_space(
                 None, arm, terms[:2], self._null_space.arguments
             )
             alpha_0 = redundant_acceleration(J_pinv, a, arm.Jdot_v, alpha_n)

@@ -86,18 +86,25 @@ class NullSpace:
             memory[self.memory.start_posture] = q
 
     def check_gain(
-        self, memory: Array, evaluate: Callable[[], ArmState], system: str, time: float
+        self,
+        memory: Array,
+        bound: float,
+        evaluate: Callable[[], ArmState],
+        system: str,
+        time: float,
     ) -> None:
         """Warns once if a constant K_n is too large at a posture.
 
         Args:
             memory: of this object, moved on.
-            evaluate: returns the arm.
+            bound: none of the rates of decay is above it, see `null_space_decay_bound` [1/s].
+            evaluate: returns the arm, for a closer look.
             system: its name in the warning.
             time: [s].
         """
-        if self.watch is not None and not memory[self.memory.warned]:
-            memory[self.memory.warned] = self.watch.is_too_large(evaluate(), system, time)
+        watch = self.watch
+        if watch is not None and bound > watch.limit and not memory[self.memory.warned]:
+            memory[self.memory.warned] = watch.is_too_large(evaluate(), system, time)
 
     def evaluate_task(
         self, memory: Array, now: Now, x: Array, evaluate: Callable[[], ArmState]

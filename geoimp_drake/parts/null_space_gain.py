@@ -62,11 +62,17 @@ class GainWatch:
 
     Attributes:
         period: as given.
+        limit: rate of decay beyond which null-space motion grows [1/s].
     """
 
     def __init__(self, K: Array, terms: tuple, period: float):
         self._K, self._terms, self.period = K, terms, period
+        self.limit = _UNSTABLE / period
         self._law = compiled(null_space_rates(len(K)))
+
+    def bound(self, arm: ArmState) -> float:
+        """Returns `null_space_decay_bound` at a posture, for a cheap first look."""
+        return self._decay(arm)[1]
 
     def is_too_large(self, arm: ArmState, system: str, time: float) -> bool:
         """Returns whether K_n is too large at a posture, and then warns.
@@ -76,13 +82,9 @@ class GainWatch:
             system: its name in the warning.
             time: [s].
         """
-        A = self._law(arm.Jv_V_WE, arm.B, self._K, *self._terms)
-        limit = _UNSTABLE / self.period
-        # No rate is negative, so none is above their sum, the trace; it is all for seven joints.
-        if not np.trace(A) > limit:
-            return False
+        A, _ = self._decay(arm)
         rate = float(np.abs(np.linalg.eigvals(A)).max())
-        if rate <= limit:
+        if rate <= self.limit:
             return False
         _log.warning(
             f"{system}: K_n of the null-space motion is too large at t = {time:.3f} s: the "
@@ -92,3 +94,6 @@ class GainWatch:
             f"{self.period * rate / _UNSTABLE:.3g} times smaller."
         )
         return True
+
+    def _decay(self, arm: ArmState) -> tuple[Array, float]:
+        return self._law(arm.Jv_V_WE, arm.B, self._K, *self._terms)

@@ -86,8 +86,8 @@ class RedundantAcceleration:
         """Returns a context of the model's plant."""
         return Scratch(self._model)
 
-    def _evaluate(self, now: Now) -> tuple[float, Array, Array, Array]:
-        """Returns w, J†, α_n and e_n."""
+    def _evaluate(self, now: Now) -> tuple[float, Array, Array, Array, float]:
+        """Returns w, J†, α_n, e_n and `null_space_decay_bound`."""
         arm, null_space = now["arm"], self._null_space
         x = np.concatenate((arm.q, arm.v))
         task = null_space.evaluate_task(now.memory, now, x, lambda: arm)
@@ -98,11 +98,11 @@ class RedundantAcceleration:
 
     def _write(self, now: Now, alpha: Array) -> None:
         a = _task_acceleration(now)
-        _, J_pinv, alpha_n, _ = self._evaluate(now)
+        _, J_pinv, alpha_n, *_ = self._evaluate(now)
         alpha[:] = self._law(J_pinv, a, now["arm"].Jdot_v, alpha_n)
 
     def _write_error(self, now: Now, error: Array) -> None:
-        *_, error[:] = self._evaluate(now)
+        *_, error[:], _ = self._evaluate(now)
 
     def _write_task_value(self, now: Now, value: Array) -> None:
         value[:], *_ = self._evaluate(now)
@@ -113,7 +113,10 @@ class WatchedRedundantAcceleration(RedundantAcceleration):
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Warns once of a K_n that is too large."""
-        self._null_space.check_gain(memory, lambda: now["arm"], now.system, now.time)
+        if self._null_space.watch is not None:
+            arm = now["arm"]
+            bound = self._null_space.watch.bound(arm)
+            self._null_space.check_gain(memory, bound, lambda: arm, now.system, now.time)
 
 
 def _task_acceleration(now: Now) -> Array:

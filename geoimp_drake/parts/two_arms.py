@@ -140,11 +140,11 @@ class TwoArms:
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts the object, or normalizes its quaternions; compares torques with the limits."""
         resolved = [self._resolved(k, now) for k in _ARMS]
-        hands = resolved[0][1][SLACK], resolved[1][1][SLACK]
+        hands = resolved[0][-1][SLACK], resolved[1][-1][SLACK]
         slacks = self._object.slacks(now, now.found.memory[self.memory.measured_1], hands)
         self._object.keep(memory[self.memory.object], state, now, slacks)
-        for (loop, arm, _), (u, limited) in zip(self._each, resolved, strict=True):
-            loop.compare_with_limits(memory[arm], u, limited, now)
+        for (loop, arm, _), of_arm in zip(self._each, resolved, strict=True):
+            loop.compare_with_limits(memory[arm], *of_arm, now)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of the object's state; a part without impedance follows D."""
@@ -191,19 +191,19 @@ class TwoArms:
         return Within(now, {}, given, memory[self.memory.sensors], place=2)
 
     def _write_torque(self, k: int, now: Now, u: Array) -> None:
-        u[:], _ = self._resolved(k, now)
+        u[:], *_ = self._resolved(k, now)
 
-    def _resolved(self, k: int, now: Now) -> tuple[Array, Array]:
-        """Returns the torques of arm k at this time (n) and its `Limited`."""
+    def _resolved(self, k: int, now: Now) -> tuple[Array, float, Array]:
+        """Returns the torques of arm k at this time (n), the bound for K_n and its `Limited`."""
         found: FoundObject = now.found
-        time, u, limited = found.torques.get(k, (np.nan, NOTHING, NOTHING))
+        time, u, bound, limited = found.torques.get(k, (np.nan, NOTHING, 0.0, NOTHING))
         if time != now.time:
             reference, wrench = found.motions[HANDS.start + k - 1], found.hand_wrenches[k - 1]
             loop, arm = self._loops[k - 1], found.memory[self._arms[k - 1]]
             u = np.empty(loop.model.num_joints)
-            *_, limited = loop.write_torque(now, arm, reference, wrench, u)
-            found.torques[k] = now.time, u, limited
-        return u, limited
+            *_, bound, limited = loop.write_torque(now, arm, reference, wrench, u)
+            found.torques[k] = now.time, u, bound, limited
+        return u, bound, limited
 
     def _write_measured(self, k: int, now: Now, motion: Array) -> None:
         motion[:] = self._remembered(now)[self._measured[k - 1]]

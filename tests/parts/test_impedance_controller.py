@@ -168,10 +168,10 @@ class LoopAlone:
 
     def begin(self, memory: np.ndarray, state: np.ndarray, now: Now) -> None:
         u = np.empty(self._loop.model.num_joints)
-        *_, limited = self._write_torque(now, u)
-        self._loop.compare_with_limits(memory, u, limited, now)
+        *_, bound, limited = self._write_torque(now, u)
+        self._loop.compare_with_limits(memory, u, bound, limited, now)
 
-    def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float, float, np.ndarray]:
         memory = self._loop.pass_through(now.memory, now)
         return self._loop.write_torque(now, memory, now["reference_motion"], now["wrench"], u)
 

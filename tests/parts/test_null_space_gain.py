@@ -7,6 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from redundant_arms import Resolver, arm_at, generated_arm, random_states
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.robot_files.loading import load_robot
@@ -65,6 +66,20 @@ def test_a_constant_gain_is_told_of_where_the_motion_grows_and_only_there(
     assert 0.1 < np.mean(grows) < 0.9
 
 
+@pytest.mark.parametrize(("name", "weight", "K_n"), CASES)
+def test_the_bound_that_comes_with_the_torques_misses_no_posture(name, weight, K_n) -> None:
+    model = MODELS[name]
+    W = None if weight == "inertia" else np.eye(model.num_joints)
+    null_space, dynamics = NullSpace(model, K_n, weight=W, period=PERIOD), ChainDynamics(model)
+    watch, gradients = null_space.watch, np.zeros((2, model.num_joints))
+    assert watch is not None
+    for at in postures(model):
+        arm = dynamics.evaluate(None, at)
+        *_, bound = dynamics.null_space(None, arm, gradients, null_space.arguments)
+        np.testing.assert_allclose(bound, watch.bound(arm), rtol=1e-12)
+        assert bound > watch.limit or not watch.is_too_large(arm, "arm", 0.0)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_by_default_null_space_motion_falls_alike_in_every_posture(name) -> None:
     model = MODELS[name]
@@ -84,7 +99,7 @@ def test_it_is_told_once_and_with_the_number(caplog) -> None:
         return evaluated[-1]
 
     for time in (0.25, 0.5):
-        null_space.check_gain(memory, evaluate, "arm", time)
+        null_space.check_gain(memory, 2001.0, evaluate, "arm", time)
     assert len(evaluated) == 1
     (record,) = caplog.records
     for text in ("arm: K_n", "t = 0.250 s", "0.001 s", "exceeds 2", "that is 2.59", "kappa"):

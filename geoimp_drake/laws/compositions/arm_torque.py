@@ -145,7 +145,7 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             settings: see `constrained_acceleration`.
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
-            error: where to write e_n of (3.37) (n,).
+            error: where to write e_n of (3.37), and `null_space_decay_bound` (n + 1,).
             K: of K_n = K + κB (n, n).
             kappa: rate κ.
             k_beta: gain of the task function.
@@ -167,7 +167,7 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         J, v, Jdot_v = sized(columns, 6, n), sized(x[n:], n), sized(bias, 6)
         B, Cv, g = sized(inertia, n, n), sized(coriolis, n), sized(weight, n)
         Fv = sized(chain.friction, n) * v
-        J_pinv, alpha_n, e_n = null_space(
+        J_pinv, alpha_n, e_n, bound = null_space(
             columns,
             x[n:],
             inertia,
@@ -187,6 +187,7 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         )
         alpha = redundant_acceleration(J_pinv, sized(a, 6), Jdot_v, alpha_n)
         error[:n] = e_n
+        error[n] = bound
         if not actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u):
             return UNUSABLE
         if singular_value_or_bound(J, settings[2]) < settings[2]:

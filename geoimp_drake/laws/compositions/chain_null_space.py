@@ -10,14 +10,14 @@ from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_error,
 )
 from geoimp_drake.laws.dynamics.serial_chain import chain_coriolis
-from geoimp_drake.laws.redundancy.null_space_gain import null_space_force
+from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay_bound, null_space_force
 from geoimp_drake.typing import Array
 
 __all__ = ["chain_null_space"]
 
 
 @cache
-def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
+def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array, float]]:
     """Returns the law of an arm of n > 6 joints."""
 
     @compilable
@@ -38,8 +38,8 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
         weighs_by_inertia: bool,
         threshold: float,
         factor: float,
-    ) -> tuple[Array, Array, Array]:
-        """Returns J†, α_n and e_n of (3.33), (3.38) and (3.37).
+    ) -> tuple[Array, Array, Array, float]:
+        """Returns J†, α_n and e_n of (3.33), (3.38) and (3.37), and `null_space_decay_bound` for K.
 
         Args:
             columns: Jacobian (6, n).
@@ -62,6 +62,7 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
         J, v = sized(columns, 6, n), sized(velocity, n)
         B, dB, Cv = sized(inertia, n, n), sized(inertia_rate, n, n), sized(coriolis, n)
         W, W_inverse, dW = sized(weights[0], n, n), sized(weights[1], n, n), 0.0 * B
+        K_n = sized(K, n, n)
         B_inverse, J_pinv, N, beta, e_n = null_space_motion_error(
             J,
             B,
@@ -91,9 +92,10 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array]]:
             k_beta,
             beta,
             sized(gradient_rate, n),
-            null_space_force(sized(K, n, n), kappa, B, e_n),
+            null_space_force(K_n, kappa, B, e_n),
             0.5 * (c_moved - Cv - c_e),
         )
-        return J_pinv, alpha_n, e_n
+        bound = null_space_decay_bound(N, B_inverse, K_n) if kappa == 0.0 else 0.0
+        return J_pinv, alpha_n, e_n, bound
 
     return law

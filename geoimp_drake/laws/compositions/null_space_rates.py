@@ -10,14 +10,14 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     pseudo_inverse_with,
     singular_value_or_bound,
 )
-from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay
+from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay, null_space_decay_bound
 from geoimp_drake.typing import Array
 
 __all__ = ["null_space_rates"]
 
 
 @cache
-def null_space_rates(n: int) -> Callable[..., Array]:
+def null_space_rates(n: int) -> Callable[..., tuple[Array, float]]:
     """Returns the law of an arm of n > 6 joints."""
 
     @compilable
@@ -29,8 +29,8 @@ def null_space_rates(n: int) -> Callable[..., Array]:
         weighs_by_inertia: bool,
         threshold: float,
         factor: float,
-    ) -> Array:
-        """Returns the matrix of `null_space_decay` (n, n).
+    ) -> tuple[Array, float]:
+        """Returns `null_space_decay` (n, n) and `null_space_decay_bound`.
 
         Args:
             columns: Jacobian (6, n).
@@ -45,6 +45,8 @@ def null_space_rates(n: int) -> Callable[..., Array]:
         weight = B_inverse if weighs_by_inertia else sized(W_inverse, n, n)
         sigma = singular_value_or_bound(J, threshold)
         _, N = pseudo_inverse_with(J, weight, sigma, threshold, factor)
-        return stored(null_space_decay(N, B_inverse, sized(K, n, n)))
+        K_n = sized(K, n, n)
+        bound = null_space_decay_bound(N, B_inverse, K_n)
+        return stored(null_space_decay(N, B_inverse, K_n)), bound
 
     return law

@@ -1,9 +1,12 @@
 """The gain K_n of the null-space velocity error: a matrix, or a rate times the joint inertia."""
 
+import numpy as np
+
 from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import stored
 from geoimp_drake.typing import Array
 
-__all__ = ["null_space_decay", "null_space_force"]
+__all__ = ["null_space_decay", "null_space_decay_bound", "null_space_force"]
 
 
 @compilable
@@ -34,3 +37,12 @@ def null_space_decay(N: Array, B_inverse: Array, K: Array) -> Array:
         K: K_n (n, n).
     """
     return N @ B_inverse @ K
+
+
+@compilable
+def null_space_decay_bound(N: Array, B_inverse: Array, K: Array) -> float:
+    """Returns the trace of `null_space_decay` for (3.38) [1/s]; the arguments are the same.
+
+    No rate of decay is negative, so none is above their sum, which is the rate of seven joints.
+    """
+    return np.trace(stored(null_space_decay(N, B_inverse, K)))
