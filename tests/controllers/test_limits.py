@@ -7,12 +7,16 @@ from functools import cache
 import numpy as np
 import pytest
 from limited_arm import POSTURES, Driven, arm_plant, drive, outward, pose_at, pushed, there_and_back
+from pydrake.math import RigidTransform
 from pydrake.multibody.tree import JacobianWrtVariable
+from two_arms import make_controlled_pair
 
 from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
+from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.parts import quadratic_program
 from geoimp_drake.parts.joint_limits import SLACK, LimitsConfig
+from geoimp_drake.systems.frame_motion import frame_motion_at_rest, pose_of
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 
@@ -146,3 +150,24 @@ def test_a_singular_posture_is_said_once(caplog) -> None:
         CASES["start at a wrist singularity"][0](config())
     (said,) = [text for text in caplog.messages if "singularity" in text]
     assert "smallest_singular_value is below 0.01" in said
+
+
+def test_hands_of_two_arms_stay_near_their_references() -> None:
+    still = frame_motion_at_rest(RigidTransform())
+    X = pose_of(make_controlled_pair(lambda t: still).read("object_motion"))
+    made = CooperativeControllerConfig(form="compiled")
+    made.impedance.translation.damping = np.array(400.0)
+    pair = make_controlled_pair(there_and_back(X, [0, 1.2, 0], NONE, 1.0, 1.5), made)
+    errors, acts = [], []
+
+    def look(root) -> None:
+        errors.append(pair.tracking_error())
+        acts.append([pair.read(f"limited_{k}")[:4].any() for k in (1, 2)])
+
+    pair.simulator.set_monitor(look)
+    pair.simulator.AdvanceTo(2.6)
+    distance, angle = np.max(errors, axis=0)
+    assert np.any(acts, axis=0).all()
+    assert distance < 0.015  # 1.2 m without limits
+    assert np.degrees(angle) < 5.0
+    assert errors[-1][0] < 1e-4

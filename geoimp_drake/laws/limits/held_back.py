@@ -10,12 +10,12 @@ def held_back(
 ) -> tuple[Array, float]:
     """Returns the acceleration that C gets besides that of its law (6,), and what is in the tank.
 
-    (L.3) V̇_c := V̇_c + s,  Ė_tank = P_D − (V_cᵀ M s)⁺ while E_tank > 0, and at most the cap
+    (L.3) V̇_c := V̇_c + s,  Ė_tank = P_D − V_cᵀ M s while E_tank > 0, and at most the cap
 
     s = Jα + J̇q̇ − a is what the limits leave undone. The error E − C then obeys the motion loop's
-    law as if there were no limits: nothing winds up. Ms is a wrench on C, and as a rule takes
-    energy away. What it gives comes out of a tank that the impedance's own damping fills; from an
-    empty one, s without the part along V_c.
+    law as if there were no limits: nothing winds up. Ms is a wrench on C. The energy that it takes
+    goes into a tank, as does what the impedance's own damping dissipates, and what it gives comes
+    out of that; from an empty one, s without the part along V_c.
 
     Args:
         slack: s, [angular; linear] (6,) [rad/s², m/s²].
@@ -29,8 +29,6 @@ def held_back(
     Mv = M @ velocity
     power = float(Mv @ slack)
     tank = min(tank + step * gained, cap)
-    if power <= 0.0:
-        return slack, tank
     if tank >= step * power:
-        return slack, tank - step * power
+        return slack, min(tank - step * power, cap)
     return slack - velocity * (power / float(Mv @ velocity)), tank
