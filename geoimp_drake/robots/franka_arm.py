@@ -149,4 +149,6 @@ def _status(state: Any) -> RobotStatus:
         v=np.array(state.dq),
         # Commanded, since what is measured contains the weight.
         torque=np.array(state.tau_J_d),
+        # Measured less expected: what the joints exert on what touches the arm.
+        external_torque=-np.array(state.tau_ext_hat_filtered),
     )

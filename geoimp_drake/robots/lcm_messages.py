@@ -104,7 +104,8 @@ def _read_panda_command(message: Any) -> Array | None:
 
 def _write_panda_command(status: Any, torque: Array) -> Any:
     command = lcmt_panda_command()
-    # The driver compares it with its own clock, and lets old commands expire.
+    # The driver compares it with the clock that it writes into a status, of the machine that it
+    # runs on, and lets old commands expire: no other machine's clock would do.
     command.utime, command.control_mode_expected = status.utime, _TORQUE_MODE
     command.num_joint_torque, command.joint_torque = len(torque), torque.tolist()
     return command

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,6 +118,17 @@ def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server)
     felt = -np.median(server.forces[-8:-3])
     assert spring > 15.0
     assert abs(felt - spring) < 0.1 * spring
+
+
+def test_external_torques_are_those_that_act_on_the_joints():
+    """libfranka's are measured torques less expected ones; `franky-sim` estimates none."""
+    pushed = np.arange(7.0)
+    state = SimpleNamespace(time=SimpleNamespace(to_sec=lambda: 1.0), q=[0.0] * 7, dq=[0.0] * 7)
+    state.tau_J_d, state.tau_ext_hat_filtered = [0.0] * 7, (-pushed).tolist()
+    library = SimpleNamespace(read_once=lambda: state)
+    arm = FrankaArm("nowhere")
+    arm._robot = library
+    np.testing.assert_array_equal(arm.connect().external_torque, pushed)
 
 
 class Silenced(FrankaArm):
