@@ -9,6 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
+from geoimp_drake.controllers.gravity_check import check_gravity
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
@@ -141,9 +142,11 @@ class SetupBuilder(Generic[Models]):
 
     def build(self, events: Sequence[Event] = ()) -> Setup:
         """Returns the set-up; `events` happen to its diagram from outside on the way."""
+        diagram = self.recorder.build()
+        check_gravity(diagram)
         return Setup(
             self._scenario,
-            self.recorder.build(),
+            diagram,
             self.plant,
             self.recorder,
             self._add_models,

@@ -69,6 +69,7 @@ class Torque:
     def __init__(self, model: ControlModel):
         self._order, n = model.actuation_order, model.num_joints
         self._saturation, self._law = Saturation(model), compiled(actuation)
+        self.models = [model]
         self.inputs = {"joint_acceleration": n, "arm": object(), "wrench": 6}
         self.memory = self._saturation.memory
         self.outputs = (

@@ -12,8 +12,12 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from geoimp_drake.controllers.config import FORMS
+from geoimp_drake.controllers.gravity_check import check_gravity
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.hand_over import HandOver
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 
@@ -44,11 +48,11 @@ def urdf(tmp_path: Path) -> Path:
     return file
 
 
-def controller(plant: MultibodyPlant, gravity: str):
+def controller(plant: MultibodyPlant, gravity: str, form: str = "compiled"):
     """Returns the controller of the arm in a plant."""
     config = gains()
     config.impedance.translation.damping = np.array(200.0)
-    config.form = "compiled"
+    config.form = form
     arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
     return make_impedance_controller(plant, arm, E, config, gravity=gravity)
 
@@ -69,7 +73,18 @@ def way_of_the_hand(diagram: Diagram, plant: MultibodyPlant) -> np.ndarray:
     return E.translation() - pose(plant).translation()
 
 
-def pushed_on_drakes_driver(urdf: Path, gravity: str) -> np.ndarray:
+def on_drakes_driver(
+    urdf: Path, gravity: str, form: str = "compiled", *, driven: bool = True, handed: bool = False
+) -> tuple[Diagram, MultibodyPlant]:
+    """Returns a diagram of the arm behind Drake's driver, or on the plant's own actuation.
+
+    Args:
+        urdf: of the arm.
+        gravity: who holds the weight, as the controller is told.
+        form: of the controller.
+        driven: by Drake's driver.
+        handed: the torques pass through a hand-over.
+    """
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
     alone = MultibodyPlant(1e-3)  # the driver's own model
@@ -79,8 +94,16 @@ def pushed_on_drakes_driver(urdf: Path, gravity: str) -> np.ndarray:
         each.Finalize()
     arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
     mode = IiwaDriver(control_mode="torque_only")
-    driver = SimIiwaDriver.AddToBuilder(builder, plant, arm, mode, alone)
-    system = builder.AddSystem(controller(plant, gravity))
+    torque = plant.get_actuation_input_port(arm)
+    if driven:
+        driver = SimIiwaDriver.AddToBuilder(builder, plant, arm, mode, alone)
+        torque = driver.GetInputPort("torque")
+    system = builder.AddSystem(controller(plant, gravity, form))
+    actuation = system.GetOutputPort("actuation")
+    if handed:
+        switch = builder.AddSystem(HandOver(7, 0.5, 1e-3))
+        builder.Connect(actuation, switch.GetInputPort("torque_1"))
+        actuation = switch.GetOutputPort("torque")
     sensor = add_wrist_sensor(builder, plant, plant.GetJointByName("wrist"), E)
     desired = builder.AddSystem(DesiredMotion(pose(plant)))
     push = builder.AddSystem(ExternalWrench(E, PUSH))
@@ -88,25 +111,40 @@ def pushed_on_drakes_driver(urdf: Path, gravity: str) -> np.ndarray:
         (plant.get_state_output_port(arm), system.GetInputPort("estimated_state")),
         (desired.GetOutputPort("motion"), system.GetInputPort("desired_motion")),
         (sensor.GetOutputPort("wrench"), system.GetInputPort("wrench")),
-        (system.GetOutputPort("actuation"), driver.GetInputPort("torque")),
+        (actuation, torque),
         (push.get_output_port(), plant.get_applied_spatial_force_input_port()),
     ):
         builder.Connect(source, port)
-    return way_of_the_hand(builder.Build(), plant)
+    return builder.Build(), plant
 
 
 def test_a_push_on_drakes_simulated_iiwa_driver(urdf):
-    way = pushed_on_drakes_driver(urdf, "robot")
-    np.testing.assert_allclose(way, WAY, rtol=0, atol=1e-3 * WAY[2])
+    diagram, plant = on_drakes_driver(urdf, "robot")
+    check_gravity(diagram)
+    np.testing.assert_allclose(way_of_the_hand(diagram, plant), WAY, rtol=0, atol=1e-3 * WAY[2])
 
 
-def test_gravity_counted_twice_shows_at_the_hand(urdf):
-    """Nobody can know it in a diagram: the guide says what to look at."""
-    assert np.linalg.norm(pushed_on_drakes_driver(urdf, "controller") - WAY) > 1e-3
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("handed", [False, True], ids=["straight", "through a hand-over"])
+def test_a_weight_that_drakes_driver_holds_is_not_held_twice(urdf, form, handed):
+    diagram, _ = on_drakes_driver(urdf, "controller", form, handed=handed)
+    with pytest.raises(ConfigurationError, match=r"compensated twice: '\w.*drives 'iiwa' through"):
+        check_gravity(diagram)
 
 
-def test_a_push_on_a_hardware_station(urdf):
-    pytest.importorskip("manipulation", reason="pip install manipulation")
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("handed", [False, True], ids=["straight", "through a hand-over"])
+def test_a_weight_on_the_plants_own_actuation_is_held_by_somebody(urdf, form, handed):
+    diagram, _ = on_drakes_driver(urdf, "robot", form, driven=False, handed=handed)
+    with pytest.raises(
+        ConfigurationError, match=r"compensated by nobody: '\w.*gravity='controller'"
+    ):
+        check_gravity(diagram)
+    check_gravity(on_drakes_driver(urdf, "controller", form, driven=False, handed=handed)[0])
+
+
+def on_a_station(urdf: Path, gravity: str) -> tuple[Diagram, MultibodyPlant]:
+    """Returns a diagram of the arm in a station of the package manipulation."""
     from manipulation.station import LoadScenario, MakeHardwareStation
 
     scenario = LoadScenario(
@@ -129,7 +167,7 @@ model_drivers:
     builder = DiagramBuilder()
     station = builder.AddSystem(MakeHardwareStation(scenario, prebuild_callback=add_sensor))
     plant = station.GetSubsystemByName("plant")
-    system = builder.AddSystem(controller(plant, "robot"))
+    system = builder.AddSystem(controller(plant, gravity))
     desired = builder.AddSystem(DesiredMotion(pose(plant)))
     push = builder.AddSystem(ExternalWrench(plant.GetFrameByName("hand"), PUSH))
     for source, port in (
@@ -140,5 +178,13 @@ model_drivers:
         (push.get_output_port(), station.GetInputPort("applied_spatial_force")),
     ):
         builder.Connect(source, port)
-    way = way_of_the_hand(builder.Build(), plant)
-    np.testing.assert_allclose(way, WAY, rtol=0, atol=1e-3 * WAY[2])
+    return builder.Build(), plant
+
+
+def test_a_push_on_a_hardware_station_which_holds_the_weight(urdf):
+    pytest.importorskip("manipulation", reason="pip install manipulation")
+    with pytest.raises(ConfigurationError, match="compensated twice"):
+        check_gravity(on_a_station(urdf, "controller")[0])
+    diagram, plant = on_a_station(urdf, "robot")
+    check_gravity(diagram)
+    np.testing.assert_allclose(way_of_the_hand(diagram, plant), WAY, rtol=0, atol=1e-3 * WAY[2])
