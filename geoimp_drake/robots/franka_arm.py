@@ -1,8 +1,10 @@
 """A Franka arm through its own interface, libfranka."""
 
 import contextlib
+import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -30,7 +32,8 @@ class FrankaArm:
     """The driver of a Franka arm (or of `franky-sim`); see `RobotArm`.
 
     Torques are commanded at 1 kHz; the robot itself holds the arm's weight and stops by itself if
-    20 commands in a row are late. Needs the extra `franka`.
+    20 commands in a row are late. What libfranka does to the scheduler of the thread that connects
+    is undone: `real_time` is what asks for a priority. Needs the extra `franka`.
 
     Args:
         address: of the robot, a name or number.
@@ -81,9 +84,10 @@ class FrankaArm:
         try:
             if self._robot is None:
                 self._ask()
-                self._robot = self._library.Robot(
-                    self._address, config.kEnforce if self._real_time else config.kIgnore
-                )
+                with _same_scheduler():
+                    self._robot = self._library.Robot(
+                        self._address, config.kEnforce if self._real_time else config.kIgnore
+                    )
             return _status(self._robot.read_once())
         except self._errors as error:
             raise self._error(error) from error
@@ -140,6 +144,16 @@ class FrankaArm:
 
     def _error(self, error: Exception) -> RobotError:
         return RobotError(f"{self.name}: {' '.join(str(error).split())}")
+
+
+@contextlib.contextmanager
+def _same_scheduler() -> Iterator[None]:
+    """Undoes that libfranka gives this thread the highest priority, and leaves it there."""
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, *before)
 
 
 def _status(state: Any) -> RobotStatus:

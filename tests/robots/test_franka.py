@@ -3,6 +3,7 @@
 The simulated robot of franky-sim runs in another process; all traffic is on loopback.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -25,6 +26,7 @@ from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.robots.drive import Drive, DriveConfig
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.franka_arm import FR3_JOINTS, FrankaArm
+from geoimp_drake.robots.real_time import real_time, scheduler
 from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSegment
 
@@ -93,8 +95,12 @@ def controller() -> ControlLoop:
 
 def drive(arm: FrankaArm, loop: ControlLoop, wrench: str, *segments: MotionSegment) -> DriveLog:
     drive = Drive(arm, loop, DriveConfig(supervisor=PATIENT, keep=20.0, wrench=wrench))
-    motion = DesiredMotion(loop.pose(drive.look().q), segments)
-    return drive.run(motion, motion.duration())
+    with real_time():
+        before = scheduler()
+        motion = DesiredMotion(loop.pose(drive.look().q), segments)
+        log = drive.run(motion, motion.duration())
+        assert scheduler() == before  # libfranka changes it
+    return log
 
 
 def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server):
@@ -129,6 +135,22 @@ def test_external_torques_are_those_that_act_on_the_joints():
     arm = FrankaArm("nowhere")
     arm._robot = library
     np.testing.assert_array_equal(arm.connect().external_torque, pushed)
+
+
+def test_a_connection_that_fails_leaves_the_thread_as_it_was(monkeypatch):
+    arm = FrankaArm("nowhere")
+
+    def refuse(*_) -> None:
+        with contextlib.suppress(PermissionError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(98))
+        raise arm._library.NetworkException("another client has it")
+
+    before = scheduler()
+    monkeypatch.setattr(arm, "_ask", lambda: None)
+    monkeypatch.setattr(arm._library, "Robot", refuse)
+    with pytest.raises(RobotError, match="another client"):
+        arm.connect()
+    assert scheduler() == before
 
 
 class Silenced(FrankaArm):
