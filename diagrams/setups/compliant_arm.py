@@ -9,6 +9,7 @@
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint
@@ -19,6 +20,7 @@ from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_s
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
+from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.simulation.recorder import Recorder
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
@@ -49,8 +51,7 @@ class CompliantArm:
 
 
 def add_compliant_arm(
-    builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    setup: SetupBuilder[Any],
     arm: str,
     E: Frame,
     sensor_joint: Joint,
@@ -60,14 +61,14 @@ def add_compliant_arm(
     """Adds impedance controller and wrist sensor of one arm, connected to the plant.
 
     Args:
-        builder: holds `plant` already.
-        plant: finalized; contains the arm and its sensor.
+        setup: whose plant contains the arm and its sensor.
         arm: name of its model instance.
         E: the frame that is made compliant.
         sensor_joint: the weld that its wrist sensor reads.
         desired_motion: of D in W (19).
         settings: the controller's, sensor and seed.
     """
+    builder, plant = setup.builder, setup.plant
     instance = plant.GetModelInstanceByName(arm)
     # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
     # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
@@ -84,7 +85,8 @@ def add_compliant_arm(
     builder.Connect(
         plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
     )
-    builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port(instance))
+    setup.true_plant.connect_torques(controller.GetOutputPort("actuation"), instance)
+    setup.true_plant.hang_payloads(sensor_joint)
     return CompliantArm(arm, E, desired_motion, controller)
 
 

@@ -18,6 +18,7 @@ from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad
 from geoimp_drake.robots.drive import Drive
 from geoimp_drake.robots.drive_log import DriveLog
@@ -44,7 +45,11 @@ def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") ->
     Args:
         scenario: its open fields are filled in.
         gravity: who holds the arm's weight.
+
+    Raises:
+        ConfigurationError: the scenario's plant is to differ from its model.
     """
+    _check_nominal(scenario)
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlant(scenario.plant, builder)
     E, joint = add_single_arm(plant, scenario)
@@ -104,6 +109,14 @@ def payload_of(
     return identify_payload(robot, model, readings), model.joint_names
 
 
+def _check_nominal(scenario: SingleArmScenario) -> None:
+    if not scenario.world.is_none():
+        raise ConfigurationError(
+            "world changes the plant of a simulated run, and this arm is driven through its "
+            "interface. Leave world out, or use geoimp run."
+        )
+
+
 class ScenarioDrive:
     """A scenario with one arm, driven through the interface that it names.
 
@@ -122,6 +135,7 @@ class ScenarioDrive:
 
     def __init__(self, scenario: SingleArmScenario):
         check(scenario)
+        _check_nominal(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
         # The damping of a real robot's joints is not a discrete plant's.

@@ -19,7 +19,6 @@ from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Frame
-from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.diagrams.scene.cell import add_cell
@@ -36,6 +35,7 @@ from geoimp_drake.diagrams.setups.loose_scenario import (
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
+from geoimp_drake.diagrams.setups.true_plant import add_friction
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.motion_program.pdl import read_program
 from geoimp_drake.motion_program.plan import MotionPlan, plan
@@ -89,10 +89,8 @@ def build_loose(
     X_WE = X_WH @ scenario.pose_of_mouth().inverse() @ RigidTransform(scenario.remote_centre)
     desired = setup.add_desired_motion(X_WE)
     sensor_joint = sensor_joint_of(plant, scenario.compliant)
-    hand = add_compliant_arm(
-        builder, plant, scenario.compliant, frames.E, sensor_joint, desired, scenario
-    )
-    servo = _add_servo(builder, plant, frames, scenario, motion_plan)
+    hand = add_compliant_arm(setup, scenario.compliant, frames.E, sensor_joint, desired, scenario)
+    servo = _add_servo(setup, scenario, motion_plan)
     setup.add_external_wrench(frames.H, X_WH.rotation(), scenario.external)
     if setup.is_logged:
         hand.record(builder, setup.recorder, plant)
@@ -133,6 +131,7 @@ def _add_models(plant: MultibodyPlant, scenario: LooseScenario) -> _Frames:
     E = plant.AddFrame(
         FixedOffsetFrame("remote_centre", hand, RigidTransform(scenario.remote_centre))
     )
+    add_friction(plant, scenario.world)
     plant.Finalize()
     return _Frames(peg.body_frame(), block.body_frame(), E)
 
@@ -195,17 +194,14 @@ def _check_outside(plant: MultibodyPlant, frames: _Frames, X_WH: RigidTransform)
 
 
 def _add_servo(
-    builder: DiagramBuilder,
-    plant: MultibodyPlant,
-    frames: _Frames,
-    scenario: LooseScenario,
-    motion_plan: MotionPlan,
+    setup: SetupBuilder[_Frames], scenario: LooseScenario, motion_plan: MotionPlan
 ) -> IndustrialController:
     """Adds the industrial control unit of the arm with the peg, connected to the plant."""
+    builder, plant, frames = setup.builder, setup.plant, setup.models
     arm = plant.GetModelInstanceByName(scenario.peg_arm)
     servo = builder.AddSystem(
         make_industrial_controller(plant, arm, frames.P, motion_plan.trajectory, scenario.servo)
     )
     builder.Connect(plant.get_state_output_port(arm), servo.GetInputPort("estimated_state"))
-    builder.Connect(servo.GetOutputPort("actuation"), plant.get_actuation_input_port(arm))
+    setup.true_plant.connect_torques(servo.GetOutputPort("actuation"), arm)
     return servo

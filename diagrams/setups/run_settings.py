@@ -9,6 +9,7 @@ from pydrake.systems.analysis import SimulatorConfig
 
 from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingConfig
 from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, check_simulator_config
+from geoimp_drake.diagrams.setups.world import WorldConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
@@ -30,6 +31,7 @@ class RunSettings:
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
+    world: WorldConfig = field(default_factory=WorldConfig)
     plant: MultibodyPlantConfig = field(
         default_factory=lambda: MultibodyPlantConfig(
             time_step=1e-3,
@@ -50,6 +52,7 @@ class RunSettings:
         whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
         check_plant_config(self.plant, key(name, "plant"))
         check_simulator_config(self.simulator, key(name, "simulator"))
+        self.world.check_step(key(name, "world"), self.plant.time_step)
         if self.log_period < self.plant.time_step:
             raise ConfigurationError(
                 f"{period} is {self.log_period:g} s; it must not be shorter than "

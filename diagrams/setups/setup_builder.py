@@ -14,6 +14,7 @@ from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
+from geoimp_drake.diagrams.setups.true_plant import TruePlant
 from geoimp_drake.robot_files.collision_filters import filter_neighbours
 from geoimp_drake.robot_files.preflight import warn_before_run
 from geoimp_drake.simulation.live import add_live_controls
@@ -45,6 +46,7 @@ class SetupBuilder(Generic[Models]):
         builder: of the diagram.
         plant: in it, finalized.
         models: what `add_models` returned for the plant.
+        true_plant: the same plant, as the scenario's world changes it.
         recorder: of the log.
         is_logged: whether signals are to be recorded.
 
@@ -67,6 +69,7 @@ class SetupBuilder(Generic[Models]):
         self.builder = DiagramBuilder()
         self.plant, self._scene_graph = AddMultibodyPlant(scenario.plant, self.builder)
         self.models = add_models(self.plant)
+        self.true_plant = TruePlant(self.plant, self.builder, scenario.world, scenario.seed)
         filter_neighbours(self.plant, self._scene_graph)
         self.recorder = Recorder(self.builder, scenario.log_period)
         self.is_logged = logged or meshcat is not None
@@ -142,6 +145,9 @@ class SetupBuilder(Generic[Models]):
 
     def build(self, events: Sequence[Event] = ()) -> Setup:
         """Returns the set-up; `events` happen to its diagram from outside on the way."""
+        if not self._scenario.world.is_none():
+            self.true_plant.record(self.recorder)
+            events = [Event(0.0, self.true_plant.apply), *events]
         diagram = self.recorder.build()
         check_gravity(diagram)
         return Setup(

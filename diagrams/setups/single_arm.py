@@ -19,6 +19,7 @@ from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.single_arm_scenario import CELL_OF_ARM, SingleArmScenario
+from geoimp_drake.diagrams.setups.true_plant import add_friction
 
 __all__ = ["add_single_arm", "build_single_arm"]
 
@@ -55,7 +56,7 @@ def build_single_arm(
         check_clear(X_WE, surface_plane(scenario.surface.pose()), "start.position")
 
     desired = setup.add_desired_motion(X_WE, scenario.segments)
-    hand = add_compliant_arm(setup.builder, plant, scenario.arm, E, sensor_joint, desired, scenario)
+    hand = add_compliant_arm(setup, scenario.arm, E, sensor_joint, desired, scenario)
     setup.add_external_wrench(E, X_WE.rotation(), scenario.external)
     if setup.is_logged:
         hand.record(setup.builder, setup.recorder, plant)
@@ -73,6 +74,7 @@ def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[
         scenario.surface.add(
             plant, E.body(), E.GetFixedPoseInBodyFrame(), scenario.disk_resolution_hint
         )
+    add_friction(plant, scenario.world)
     plant.Finalize()
     return E, sensor_joint
 

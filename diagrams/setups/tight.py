@@ -38,6 +38,7 @@ from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT, TightScenario
+from geoimp_drake.diagrams.setups.true_plant import add_friction
 from geoimp_drake.parts.object_load import ObjectLoad
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.rotations import euler
@@ -104,9 +105,8 @@ def build_tight(
         builder.Connect(
             plant.get_state_output_port(instance), controller.GetInputPort(f"estimated_state_{k}")
         )
-        builder.Connect(
-            controller.GetOutputPort(f"actuation_{k}"), plant.get_actuation_input_port(instance)
-        )
+        setup.true_plant.connect_torques(controller.GetOutputPort(f"actuation_{k}"), instance)
+        setup.true_plant.hang_payloads(sensor_joint_of(plant, arm))
     if setup.is_logged:
         _record(setup, scenario, desired, controller)
     setup.record_surface(scenario.surface, np.array([0.0, 0.0, -scenario.bar.stick]))
@@ -128,6 +128,7 @@ def _add_models(
     models = _Models(hands, bar, add_grasp(plant, hands[other], ends[other], scenario.grasp))
     if scenario.surface is not None and plant.geometry_source_is_registered():
         scenario.surface.add(plant, bar, models.disk(), scenario.disk_resolution_hint)
+    add_friction(plant, scenario.world)
     plant.Finalize()
     return models
 

@@ -15,6 +15,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     Frame,
     JointActuator,
+    JointIndex,
     ModelInstanceIndex,
     PrismaticJoint,
     RevoluteJoint,
@@ -128,7 +129,7 @@ class ControlModel:
             velocity_limits=_limits_of(chain, "velocity"),
             joint_names=tuple(joint.name() for joint, _ in chain),
             state_order=_state_order(plant, model_instance, chain),
-            actuation_order=_actuation_order(plant, model_instance, chain),
+            actuation_order=_actuation_order(actuators),
             time_step=plant.time_step(),
         )
 
@@ -209,10 +210,10 @@ def _actuators_of(
     chain: Chain,
 ) -> list[JointActuator]:
     """Returns the actuator of each joint of the chain."""
-    by_joint = {
-        actuator.joint().index(): actuator
-        for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance))
-    }
+    # Of several actuators of a joint the first is the arm's.
+    by_joint: dict[JointIndex, JointActuator] = {}
+    for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance)):
+        by_joint.setdefault(actuator.joint().index(), actuator)
     missing = [joint.name() for joint, _ in chain if joint.index() not in by_joint]
     if missing:
         raise ModelError(
@@ -249,11 +250,6 @@ def _state_order(plant: MultibodyPlant, model_instance: ModelInstanceIndex, chai
     return np.array(q + [nq + i for i in v])
 
 
-def _actuation_order(
-    plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: Chain
-) -> Array:
-    """Returns, for each actuator of the model instance, the index of its joint in the chain."""
-    position = {joint.index(): k for k, (joint, _) in enumerate(chain)}
-    actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance))
-    ordered = sorted(actuators, key=lambda actuator: actuator.input_start())
-    return np.array([position[actuator.joint().index()] for actuator in ordered])
+def _actuation_order(actuators: list[JointActuator]) -> Array:
+    """Returns where each actuator, in the order of the model instance's, stands in the chain."""
+    return np.argsort([actuator.input_start() for actuator in actuators])

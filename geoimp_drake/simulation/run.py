@@ -28,7 +28,7 @@ class Event:
     """Something that happens to the diagram from outside, such as a grasp that opens.
 
     Attributes:
-        time: at which it happens [s].
+        time: at which it happens [s]; at zero it is before the diagram is initialized.
         apply: changes the context of the whole diagram.
     """
 
@@ -92,6 +92,9 @@ def simulate(
             bar_format="{desc} {bar} {n:.1f}/{total:.1f} s simulated, {remaining} left",
         )
         with drake_errors(ModelError, "Drake cannot go on", raised=()), bar, only_new_garbage():
+            for event in events:
+                if event.time == 0.0:
+                    event.apply(simulator.get_mutable_context())
             simulator.Initialize()
             for end in _stops(duration, events):
                 simulator.AdvanceTo(end)
@@ -112,7 +115,8 @@ def _stops(duration: float, events: Sequence[Event]) -> Iterator[float]:
     """Yields the times to which the simulation advances in turn: of chunks and of events."""
     chunks = (_CHUNK * (k + 1) for k in range(int(duration / _CHUNK)))
     before = -math.inf
-    for time in heapq.merge(chunks, sorted(event.time for event in events), [duration]):
+    times = sorted(event.time for event in events if event.time > 0.0)
+    for time in heapq.merge(chunks, times, [duration]):
         if before < (time := min(time, duration)):
             yield time
             before = time

@@ -21,7 +21,7 @@ WITH_TABLE = re.findall(
     r"^```sh\n(geoimp run .*)\n```\n\n((?:^\|.*\n)+)", CLAIMS.read_text("utf-8"), re.MULTILINE
 )
 # Folders of a log's keys; their names stand as code with a slash, as paths do.
-LOG_FOLDERS = {"six", "seven", "object", "surface", "hole", "program", "grasp"}
+LOG_FOLDERS = {"six", "seven", "object", "surface", "world", "hole", "program", "grasp"}
 
 
 def test_the_documentation_builds_without_a_warning(tmp_path):

@@ -1,0 +1,155 @@
+"""What the plant of a run has and its controller does not know; by default nothing."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import (
+    LARGEST_SEED,
+    finite_vector,
+    key,
+    non_negative,
+    positive,
+    whole_number,
+)
+
+__all__ = ["JointErrors", "LinkErrors", "PayloadError", "WorldConfig"]
+
+
+@dataclass
+class LinkErrors:
+    """How the arms' links differ from the controller's model of them.
+
+    With a spread each link's own factor, or shift, is drawn uniformly within it; what was drawn is
+    in `drawn`, where it can also be given.
+    """
+
+    mass: float = 1.0  # factor of every mass, its inertia included
+    inertia: float = 1.0  # further factor of every inertia about the centre of mass
+    centre: Array = field(default_factory=lambda: np.zeros(3))  # shift, in the link's axes [m]
+    mass_spread: float = 0.0  # 0.1 for factors from 0.9 to 1.1
+    inertia_spread: float = 0.0
+    centre_spread: float = 0.0  # along each axis [m]
+    # By link: factors of mass and inertia, and the shift (5).
+    drawn: dict[str, list[float]] = field(default_factory=dict)
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for factor in ("mass", "inertia"):
+            positive(getattr(self, factor), key(name, factor))
+            spread = f"{factor}_spread"
+            non_negative(getattr(self, spread), key(name, spread))
+            positive(1.0 - getattr(self, spread), f"1 less {key(name, spread)}")
+        finite_vector(self.centre, key(name, "centre"), 3)
+        non_negative(self.centre_spread, key(name, "centre_spread"), "m")
+        for link, drawn in self.drawn.items():
+            finite_vector(np.array(drawn), f"{key(name, 'drawn')}.{link}", 5)
+            positive(min(drawn[:2]), f"a factor in {key(name, 'drawn')}.{link}")
+
+    def is_none(self) -> bool:
+        """Returns whether the links are as the controller knows them."""
+        given = (self.mass - 1.0, self.inertia - 1.0, *self.centre)
+        return not (any(given) or any(self._spreads()) or self.drawn)
+
+    def draw(self, links: list[str], seed: int) -> None:
+        """Fills in `drawn` for these links, unless it is there or nothing is to be drawn.
+
+        Raises:
+            ConfigurationError: `drawn` is there for other links.
+        """
+        if self.drawn and set(self.drawn) != set(links):
+            raise ConfigurationError(
+                f"world.links.drawn is given for {', '.join(sorted(self.drawn))}; the links are "
+                f"{', '.join(links)}. Give five numbers for each, or leave it out."
+            )
+        if self.drawn or not any(self._spreads()):
+            return
+        rng, largest = np.random.default_rng(seed), np.repeat(self._spreads(), (1, 1, 3))
+        nominal = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
+        for link in links:
+            self.drawn[link] = (nominal + largest * rng.uniform(-1.0, 1.0, 5)).tolist()
+
+    def of(self, link: str) -> tuple[float, float, Array]:
+        """Returns a link's factors of mass and of inertia, and the shift of its centre (3) [m]."""
+        mass, inertia, *shift = self.drawn.get(link, [1.0, 1.0, 0.0, 0.0, 0.0])
+        return self.mass * mass, self.inertia * inertia, self.centre + np.array(shift)
+
+    def _spreads(self) -> tuple[float, float, float]:
+        return self.mass_spread, self.inertia_spread, self.centre_spread
+
+
+@dataclass
+class JointErrors:
+    """What the arms' joints have beyond the controller's model of them."""
+
+    coulomb: float = 0.0  # friction as a share of each joint's effort limit
+    viscous: float = 1.0  # factor of the joint's damping
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        for field_name in ("coulomb", "viscous"):
+            non_negative(getattr(self, field_name), key(name, field_name))
+
+
+@dataclass
+class PayloadError:
+    """A mass that hangs on an arm, and of which its controller does not know."""
+
+    mass: float = 0.0  # [kg]
+    centre: Array = field(default_factory=lambda: np.zeros(3))  # in the sensor's frame S [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.mass, key(name, "mass"), "kg")
+        finite_vector(self.centre, key(name, "centre"), 3)
+
+
+@dataclass
+class WorldConfig:
+    """What is true of the plant, where that is not what the controller knows.
+
+    The errors of the wrist sensor (bias, noise, resolution, filter) are in `sensor`.
+    """
+
+    seed: int = 0  # of what is drawn; the run's is added
+    links: LinkErrors = field(default_factory=LinkErrors)
+    joints: JointErrors = field(default_factory=JointErrors)
+    payload_before: PayloadError = field(default_factory=PayloadError)  # before the wrist sensor
+    payload_beyond: PayloadError = field(default_factory=PayloadError)  # on the tool
+    torque_delay: float = 0.0  # whole steps of the plant [s]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
+        non_negative(self.torque_delay, key(name, "torque_delay"), "s")
+
+    def check_step(self, name: str, time_step: float) -> None:
+        """Raises ConfigurationError if something cannot be had with a plant's time step [s]."""
+        if self.joints.coulomb and time_step == 0.0:
+            raise ConfigurationError(
+                f"{key(name, 'joints.coulomb')} is {self.joints.coulomb:g}, but the plant is "
+                f"continuous; Coulomb friction needs a plant.time_step."
+            )
+        if self.torque_delay and self.delay_steps(time_step) == 0:
+            raise ConfigurationError(
+                f"{key(name, 'torque_delay')} is {self.torque_delay:g} s, which is no whole number "
+                f"of the plant's steps of {time_step:g} s. Give a multiple of plant.time_step."
+            )
+
+    def delay_steps(self, time_step: float) -> int:
+        """Returns the torque's delay in steps [s]; zero if it is no whole number of them."""
+        steps = round(self.torque_delay / time_step) if time_step else 0
+        return steps if abs(steps * time_step - self.torque_delay) < 1e-9 else 0
+
+    def is_none(self) -> bool:
+        """Returns whether all is as the controller knows it."""
+        others = (
+            self.joints.coulomb,
+            self.joints.viscous - 1.0,
+            self.payload_before.mass,
+            self.payload_beyond.mass,
+            self.torque_delay,
+        )
+        return self.links.is_none() and not any(others)
