@@ -88,7 +88,8 @@ def _claims_at_rest(log: Log, scenario: LooseScenario) -> list[Claim]:
 
 def _values_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
     arm, rest = scenario.compliant, last_second(log)
-    axis = pose_of(log["hole/motion_H"][0]).rotation().col(2)
+    X_WH = pose_of(log["hole/motion_H"][0])
+    axis = X_WH.rotation().col(2).copy()  # Drake's is a view of the pose
     force = log[f"{arm}/wrench"][rest, 3:] @ axis
     spring = spring_force(log, arm, scenario.impedance, rest) @ axis
     return {
