@@ -42,12 +42,9 @@ class PinocchioTick:
         self._data = self._model.createData()
         self._model.armature = self._rotors(model)
         config = ImpedanceControllerConfig()
-        translation, rotation = config.impedance.translation, config.impedance.rotation
-        self._M, self._D, self._K = (
-            float(value) for value in (translation.mass, translation.damping, translation.stiffness)
-        )
-        self._M_o, self._D_o, self._K_o = (
-            float(value) for value in (rotation.mass, rotation.damping, rotation.stiffness)
+        (self._M, self._D, self._K), (self._M_o, self._D_o, self._K_o) = (
+            [float(gain[0, 0]) for gain in config.impedance.gains(part)]
+            for part in ("translation", "rotation")
         )
         self._motion, self._dt = config.motion, config.sampling.period
 

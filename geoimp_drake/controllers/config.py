@@ -5,17 +5,18 @@ fills them field by field; whoever uses one calls `validation.check` first.
 """
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance, make_family
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
 from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_form
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
-from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import AXES, TRANSLATION_AXES, Impedance
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
@@ -29,7 +30,6 @@ from geoimp_drake.validation import check, choice, finite_array, key, positive, 
 
 __all__ = [
     "FORMS",
-    "SCHEMES",
     "ImpedanceConfig",
     "ImpedanceControllerConfig",
     "MotionConfig",
@@ -49,17 +49,15 @@ FORMS = ("blocks", "compiled")
 # What `stiffness` of a rotation is: K_o, or the K_R of Seo's geometric impedance control.
 STIFFNESS_FORMS = ("chapter", "seo")
 
-# What makes E behave as the impedance says.
-SCHEMES = ("inner-loop", "direct")
-
 
 class _Gains:
     """What the gains of translation and of rotation have in common."""
 
-    mass: Array
-    damping: Array
+    mass: Array | None
+    damping: Array | None
     stiffness: Array
     principal_axes: Array | None
+    _OPEN: ClassVar[dict[str, float]]  # what is taken for a gain that is null
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -68,10 +66,24 @@ class _Gains:
     def matrices(self, name: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each); errors as `validate`."""
         mass, damping, stiffness = (
-            spd_matrix(getattr(self, gain), key(name, gain))
+            spd_matrix(self._value(gain), key(name, gain))
             for gain in ("mass", "damping", "stiffness")
         )
         return mass, damping, self._along_axes(name, stiffness)
+
+    def check_open(self, name: str) -> None:
+        """Raises ConfigurationError if a mass or a damping is given, for natural inertia."""
+        for gain in self._OPEN:
+            if getattr(self, gain) is not None:
+                raise ConfigurationError(
+                    f"{key(name, gain)} is {self._value(gain)}, which natural inertia does not "
+                    f"use: its mass is the arm's own, and its damping follows from damping_ratio. "
+                    f"Leave it out, or give null."
+                )
+
+    def _value(self, gain: str) -> Array:
+        value: Array | None = getattr(self, gain)
+        return np.array(self._OPEN.get(gain)) if value is None else value
 
     def _along_axes(self, name: str, stiffness: Array) -> Array:
         if self.principal_axes is None:
@@ -92,22 +104,26 @@ class _Gains:
 class TranslationGains(_Gains):
     """Gains of (3.1): one number for k I, three for the diagonal, or a 3×3 matrix."""
 
-    mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
-    damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
+    mass: Array | None = None  # M_p [kg]; null for 9, or with natural inertia
+    damping: Array | None = None  # D_p [Ns/m]; null for 2000, or with natural inertia
     stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
     axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
+
+    _OPEN: ClassVar[dict[str, float]] = {"mass": 9.0, "damping": 2000.0}
 
 
 @dataclass
 class RotationGains(_Gains):
     """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
 
-    mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
-    damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
+    mass: Array | None = None  # M_o [kg m²]; null for 0.4, or with natural inertia
+    damping: Array | None = None  # D_o [Nms/rad]; null for 5, or with natural inertia
     stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
     principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
     stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
+
+    _OPEN: ClassVar[dict[str, float]] = {"mass": 0.4, "damping": 5.0}
 
 
 @dataclass
@@ -129,6 +145,11 @@ class ImpedanceConfig:
         choice(self.rotation.stiffness_form, form, STIFFNESS_FORMS)
         if self.coupling is not None:
             finite_array(self.coupling, key(name, "coupling"), (3, 3))
+
+    def check_without_inertia(self, name: str) -> None:
+        """Raises ConfigurationError if masses or dampings are given, for natural inertia."""
+        self.translation.check_open(key(name, "translation"))
+        self.rotation.check_open(key(name, "rotation"))
 
     def gains(self, part: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
@@ -160,8 +181,8 @@ class ImpedanceConfig:
         """Returns the orientation family with its gains."""
         return make_family(self.orientation, *self.gains("rotation"))
 
-    def make(self) -> Impedance:
-        """Returns the part."""
+    def make(self, remedy: str = "") -> Impedance:
+        """Returns the part; `remedy` is what its error says if the motion diverges."""
         check(self, "impedance")
         rotation = self.make_rotation()
         return Impedance(
@@ -169,6 +190,7 @@ class ImpedanceConfig:
             rotation,
             self.axes,
             K_c=self.coupling,
+            remedy=remedy,
             translation_axes=self.translation.axes,
         )
 
@@ -310,7 +332,7 @@ def _size_of(gain: Array) -> int:
 
 
 @dataclass
-class ImpedanceControllerConfig:
+class ImpedanceControllerConfig(SchemeConfig):
     """Everything of a single-arm impedance controller."""
 
     impedance: ImpedanceConfig = field(default_factory=ImpedanceConfig)
@@ -318,16 +340,11 @@ class ImpedanceControllerConfig:
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
     limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
-    scheme: str = "inner-loop"  # or direct: the impedance is that of E itself, without that loop
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        choice(self.scheme, key(name, "scheme"), SCHEMES)
         choice(self.form, key(name, "form"), FORMS)
-        self.sampling.check_motion(key(name, "sampling"), self.motion)
-
-    def make_impedance(self) -> Impedance | DirectImpedance:
-        """Returns the part that moves C."""
-        springs = self.impedance.make()
-        return DirectImpedance(springs) if self.scheme == "direct" else springs
+        self.check_scheme(name, self.impedance)
+        if self.uses_motion(self.impedance):
+            self.sampling.check_motion(key(name, "sampling"), self.motion)

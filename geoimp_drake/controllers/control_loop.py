@@ -10,6 +10,7 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
 from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.errors import SignalError
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.part_loop import PartLoop
@@ -72,6 +73,7 @@ class ControlLoop:
         )
         self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
         self.impedance = impedance if isinstance(impedance, Impedance) else impedance.springs
+        self._needs_wrench = impedance.needs_wrench
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")
@@ -105,14 +107,15 @@ class ControlLoop:
         return self.joints.torques(self._loop.output("actuation"))
 
     def step(
-        self, q: Array, v: Array, wrench: Array, desired: Array, dt: float | None = None
+        self, q: Array, v: Array, wrench: Array | None, desired: Array, dt: float | None = None
     ) -> Array:
         """Returns the torques of the next tick (n) [Nm, N].
 
         Args:
             q: joint positions (n) [rad, m].
             v: joint velocities (n) [rad/s, m/s].
-            wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N].
+            wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N]; natural
+                inertia needs none.
             desired: motion of D in W, see `frame_motion` (19).
             dt: time since the last tick [s]; the period of sampling by default.
 
@@ -123,7 +126,10 @@ class ControlLoop:
         """
         self.joints.reading(q, v, self._reading)
         elapsed = self.period if dt is None else dt
-        self._loop.step({"wrench": wrench}, {"desired_motion": desired}, elapsed)
+        if wrench is None and self._needs_wrench:
+            raise SignalError("step() got no wrench; only natural inertia can do without one.")
+        readings = {} if wrench is None else {"wrench": wrench}
+        self._loop.step(readings, {"desired_motion": desired}, elapsed)
         return self.joints.torques(self._loop.output("actuation"))
 
     def output(self, name: str) -> Array:

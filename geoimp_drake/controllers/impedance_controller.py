@@ -1,8 +1,10 @@
 """The impedance controller of one arm of any plant: a Diagram of blocks, or one system."""
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.systems.primitives import ConstantVectorSource
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
@@ -11,12 +13,13 @@ from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
-from geoimp_drake.parts.impedance_controller import ImpedanceController
+from geoimp_drake.parts.impedance_controller import EndEffectorImpedance, ImpedanceController
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems import direct_impedance
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.naming import name_after_arms
+from geoimp_drake.systems.natural_impedance import NaturalImpedance
 from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.validation import check, choice
@@ -128,7 +131,7 @@ def controller_parts(
     task_function: TaskFunction | None,
     *,
     gravity: str = "controller",
-) -> tuple[Impedance | DirectImpedance, InnerLoopParts]:
+) -> tuple[EndEffectorImpedance, InnerLoopParts]:
     """Returns the parts of the blocks; arguments and errors are those of the controller.
 
     Args:
@@ -143,7 +146,7 @@ def controller_parts(
     choice(gravity, "gravity", GRAVITY)
     has_weight = gravity == "controller"
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=has_weight)
-    impedance = config.make_impedance()
+    impedance = config.make_impedance(config.impedance)
     return impedance, InnerLoopParts.of(
         model,
         config.motion,
@@ -155,27 +158,39 @@ def controller_parts(
     )
 
 
-def impedance_block(impedance: Impedance | DirectImpedance) -> PartSystem:
+def impedance_block(impedance: EndEffectorImpedance) -> PartSystem:
     """Returns the part that moves C as a block."""
     if isinstance(impedance, Impedance):
         return ImpedanceIntegrator.of(impedance)
-    return direct_impedance.DirectImpedance.of(impedance)
+    if isinstance(impedance, DirectImpedance):
+        return direct_impedance.DirectImpedance.of(impedance)
+    return NaturalImpedance.of(impedance)
 
 
 def _of_blocks(
-    impedance: Impedance | DirectImpedance, arm: InnerLoopParts, sensors: WristSensors | None
+    impedance: EndEffectorImpedance, arm: InnerLoopParts, sensors: WristSensors | None
 ) -> System:
     builder = DiagramBuilder()
     compliant = builder.AddNamedSystem("impedance", impedance_block(impedance))
     loop = add_inner_loop(builder, arm)
     # C starts on the measured pose of E, or is E.
-    builder.Connect(loop.outputs["measured_motion"], compliant.GetInputPort("measured_motion"))
+    if impedance.needs_wrench:
+        measured = loop.outputs["measured_motion"]
+        builder.Connect(measured, compliant.GetInputPort("measured_motion"))
+    else:
+        builder.Connect(loop.arm, compliant.GetInputPort("arm"))
     # The inner loop tracks C in the place of D.
     builder.Connect(compliant.GetOutputPort("compliant_motion"), *loop.inputs["reference_motion"])
     builder.ExportInput(*loop.inputs["estimated_state"], "estimated_state")
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
-    # The same wrench is compensated in (2.3).
-    wrenches = [compliant.GetInputPort("wrench"), *loop.inputs["wrench"]]
+    wrenches = [compliant.GetInputPort("wrench")]
+    if impedance.needs_wrench:
+        # The same wrench is compensated in (2.3).
+        wrenches += loop.inputs["wrench"]
+    else:
+        none = builder.AddNamedSystem("no_wrench", ConstantVectorSource(np.zeros(6)))
+        for target in loop.inputs["wrench"]:
+            builder.Connect(none.get_output_port(), target)
     if sensors is None:
         builder.ExportInput(wrenches[0], "wrench")
         for target in wrenches[1:]:

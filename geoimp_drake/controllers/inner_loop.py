@@ -72,6 +72,7 @@ class InnerLoopPorts:
 
     inputs: dict[str, list[InputPort]]
     outputs: dict[str, OutputPort]
+    arm: OutputPort  # ArmState
 
 
 def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopPorts:
@@ -127,6 +128,7 @@ def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopP
             **{name: redundancy.GetOutputPort(name) for name in reports},
             **limited,
         },
+        arm.GetOutputPort("arm"),
     )
 
 

@@ -18,7 +18,10 @@ class DirectImpedance:
 
     Attributes:
         springs: the same.
+        needs_wrench: whether the law has the wrench in it.
     """
+
+    needs_wrench = True
 
     def __init__(self, springs: Impedance):
         self.springs = springs
@@ -41,9 +44,10 @@ class DirectImpedance:
 
     def follow(
         self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
-    ) -> None:
-        """Writes the motion of C in a whole controller; arguments as of `Impedance.follow`."""
+    ) -> tuple[Array, ...]:
+        """Does what `Impedance.follow` does, for E as measured."""
         self._write_of(now, wrench, loop.motion(memory, now), motion)
+        return ()
 
     def _write(self, now: Now, motion: Array) -> None:
         self._write_of(now, now["wrench"], now["measured_motion"], motion)

@@ -101,7 +101,7 @@ def desired_at_equilibrium(impedance: Impedance, compliant: Array, wrench: Array
         D = _moved(D, -np.linalg.lstsq(np.array(slopes).T, a, rcond=None)[0])
     raise ConfigurationError(
         f"No desired pose balances the wrench {np.round(wrench, 3).tolist()}: it is more than the "
-        f"springs of '{impedance.family_name}' give. Raise the stiffness, or release the contact."
+        f"springs of '{impedance.rotation.name}' give. Raise the stiffness, or release the contact."
     )
 
 

@@ -109,7 +109,7 @@ class HeldObject:
     ):
         self._impedance, self._internal, self._grasp = impedance, internal, grasp
         self._watch, self._load = watch, load
-        self._law = compiled(object_control(impedance.family_law))
+        self._law = compiled(object_control(impedance.rotation.law))
         self._object_motion = compiled(held_object_motion)
         # Without one its gains are not used.
         gains = (impedance if internal is None else internal).gains()

@@ -55,10 +55,12 @@ class Impedance:
     """The part of `ImpedanceIntegrator`; arguments and errors are the same.
 
     Attributes:
-        family_law: of the orientation family, see `orientation_impedance.OrientationImpedance`.
-        family_name: of the same.
+        rotation: the orientation family with its gains.
+        needs_wrench: whether the law has the wrench in it.
         write_rate: the law `compliant_motion.frame_state_rate`.
     """
+
+    needs_wrench = True
 
     def __init__(
         self,
@@ -77,7 +79,7 @@ class Impedance:
         self._M_p = spd_matrix(M_p, "M_p")
         self._D_p = spd_matrix(D_p, "D_p")
         self._K_p = spd_matrix(K_p, "K_p")
-        self._rotation = rotation
+        self.rotation = rotation
         self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
         self._rotates = axes in ("both", "rotation")
         self._translates = axes in ("both", "translation")
@@ -85,8 +87,7 @@ class Impedance:
         self._energies = Energies(
             self._M_p, self._D_p, self._K_p, rotation, self._K_c, in_desired=self._in_desired
         )
-        self.family_law, self.family_name = rotation.law, rotation.name
-        self._law = compiled(compliant_motion(self.family_law))
+        self._law = compiled(compliant_motion(rotation.law))
         self.write_rate = compiled(frame_state_rate)
         self._gains: tuple[Array, ...] = (
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
@@ -123,13 +124,13 @@ class Impedance:
         )
 
     def _checked_coupling(self, K_c: Array, axes: str) -> Array:
-        if self._rotation.name != "quaternion" or axes != "both":
+        if self.rotation.name != "quaternion" or axes != "both":
             raise ConfigurationError(
                 f"A coupling K_c is defined for the orientation family 'quaternion' on both parts; "
-                f"here the family is '{self._rotation.name}' and the axes are '{axes}'."
+                f"here the family is '{self.rotation.name}' and the axes are '{axes}'."
             )
         coupling = finite_array(K_c, "K_c", (3, 3))
-        coupled_stiffness.check_positive_definite(self._K_p, self._rotation.K_o, coupling)
+        coupled_stiffness.check_positive_definite(self._K_p, self.rotation.K_o, coupling)
         return coupling
 
     def check_start(self, now: Now) -> None:
@@ -145,8 +146,10 @@ class Impedance:
 
     def follow(
         self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
-    ) -> None:
+    ) -> tuple[Array, ...]:
         """Writes the motion of C (19,) in a whole controller, whose state is that of C.
+
+        Returns what `energy` takes besides: nothing.
 
         Args:
             now: the inputs of the controller.
@@ -159,6 +162,7 @@ class Impedance:
         if not is_set(state):
             state = self.at_rest(loop.motion(memory, now), now.port("estimated_state"))
         self.write_motion(now, now["desired_motion"], wrench, state, motion)
+        return ()
 
     def write_motion(
         self, now: Now, desired: Array, wrench: Array, state: Array, motion: Array
@@ -254,18 +258,18 @@ class Impedance:
     def _mass(self, C: Array, D: Array) -> Array:
         """Returns the mass matrix in W (6, 6): M_o turned with C (19,), M_p with D if given so."""
         R_WC, M = quaternion.to_rotation(C[QUATERNION]), np.zeros((6, 6))
-        M[:3, :3], M[3:, 3:] = R_WC @ self._rotation.M_o @ R_WC.T, self._M_p
+        M[:3, :3], M[3:, 3:] = R_WC @ self.rotation.M_o @ R_WC.T, self._M_p
         if self._in_desired:
             M[3:, 3:] = turned(self._M_p, quaternion.to_rotation(D[QUATERNION]))
         return M
 
     def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:
-        conditioning = self._rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)
+        conditioning = self.rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)
         if conditioning > _ILL_CONDITIONED:
             memory[self.memory.reported] = 1.0
             _log.warning(
                 f"{now.system}: at t = {now.time:.3f} s the orientation family "
-                f"'{self._rotation.name}' comes near its singularity, cond(T) = "
+                f"'{self.rotation.name}' comes near its singularity, cond(T) = "
                 f"{conditioning:.1f}; its moments lose meaning there. The quaternion has none."
             )
 
@@ -321,11 +325,11 @@ class Impedance:
             )
         if self.has_domain:
             C = quaternion.normalized(state[QUATERNION])
-            self._rotation.check_domain(desired[QUATERNION], C)
+            self.rotation.check_domain(desired[QUATERNION], C)
 
     def displacement(self, D: Array, C: Array) -> Array:
         """Returns the family's orientation displacement and Δp_dc (6,) of two motions (19,)."""
-        rotation = self._rotation.displacement(D[QUATERNION], C[QUATERNION])
+        rotation = self.rotation.displacement(D[QUATERNION], C[QUATERNION])
         return np.concatenate((rotation, D[POSITION] - C[POSITION]))
 
     def energy(self, now: Now, C: Array, wrench: Array) -> Array:

@@ -10,24 +10,30 @@ from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import SLACK
+from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
 
-__all__ = ["ImpedanceController"]
+__all__ = ["EndEffectorImpedance", "ImpedanceController"]
+
+EndEffectorImpedance = Impedance | DirectImpedance | NaturalImpedance
+
+_NO_WRENCH, _UNKNOWN = np.zeros(6), np.full(6, np.nan)
 
 
 class _Found:
-    """The motion of C (19), the memory and the wrench from which it follows, and the torques.
+    """The motion of C (19), what its energy needs, memory and wrench behind both, and the torques.
 
     The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
     """
 
-    __slots__ = ("memory", "motion", "reports", "time", "u", "wrench")
+    __slots__ = ("memory", "motion", "reports", "terms", "time", "u", "wrench")
 
     def __init__(self) -> None:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
+        self.terms: tuple[Array, ...] = ()
         self.memory = self.wrench = self.u = NOTHING
         self.time, self.reports = np.nan, (NOTHING, 0.0, 0.0, NOTHING)
 
@@ -53,7 +59,7 @@ class ImpedanceController:
 
     def __init__(
         self,
-        impedance: Impedance | DirectImpedance,
+        impedance: EndEffectorImpedance,
         loop: InnerLoop,
         sensor: WristSensors | None = None,
     ):
@@ -133,9 +139,9 @@ class ImpedanceController:
         """Writes the motion of C."""
         found.memory = memory = self._remembered(now)
         found.time = np.nan
-        found.wrench = now["wrench"] if self._sensor is None else memory[self._sensed]
+        found.wrench = self._wrench(now, memory)
         arm = memory[self.memory.arm]
-        self._impedance.follow(now, found.wrench, self._loop, arm, found.motion)
+        found.terms = self._impedance.follow(now, found.wrench, self._loop, arm, found.motion)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
@@ -144,6 +150,15 @@ class ImpedanceController:
         place = memory[self.memory.impedance]
         self._impedance.keep(place, state, now, found.motion, limited[SLACK])
         self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
+
+    def _wrench(self, now: Now, memory: Array) -> Array:
+        """Returns the measured wrench; NaN where there is none and none is needed."""
+        if self._sensor is not None:
+            return memory[self._sensed]
+        if self._impedance.needs_wrench or now.has("wrench"):
+            wrench: Array = now["wrench"]
+            return wrench
+        return _UNKNOWN
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
@@ -182,7 +197,8 @@ class ImpedanceController:
         value[:] = self._impedance.displacement(now["desired_motion"], now.found.motion)
 
     def _write_energy(self, now: Now, value: Array) -> None:
-        value[:] = self._impedance.energy(now, now.found.motion, now.found.wrench)
+        found: _Found = now.found
+        value[:] = self._impedance.energy(now, found.motion, found.wrench, *found.terms)
 
     def _write_singular_value(self, now: Now, value: Array) -> None:
         memory = self._remembered(now)[self.memory.arm]
@@ -200,7 +216,9 @@ class ImpedanceController:
         found: _Found = now.found
         if found.time != now.time:
             arm, u = found.memory[self.memory.arm], np.empty(self._loop.model.num_joints)
-            found.reports = self._loop.write_torque(now, arm, found.motion, found.wrench, u)
+            # What the impedance leaves out is not compensated in (2.3) either.
+            h = found.wrench if self._impedance.needs_wrench else _NO_WRENCH
+            found.reports = self._loop.write_torque(now, arm, found.motion, h, u)
             found.time, found.u = now.time, u
         return found
 

@@ -154,6 +154,11 @@ class InnerLoop:
         self.write_motion(memory, now, motion)
         return motion
 
+    def arm_state(self, memory: Array, now: Now) -> ArmState:
+        """Returns kinematics and dynamics; arguments and errors as of `write_motion`."""
+        self._check_reading(memory, now)
+        return self._arm(memory[self.memory.readings])
+
     def write_torque(
         self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
     ) -> tuple[Array, float, float, Array]:
@@ -200,8 +205,7 @@ class InnerLoop:
         Raises:
             SignalError: the reading is NaN or infinite.
         """
-        self._check_reading(memory, now)
-        return float(smallest_singular_value(self._jacobian(memory[self.memory.readings])))
+        return float(smallest_singular_value(self.arm_state(memory, now).Jv_V_WE))
 
     def compare_with_limits(
         self, memory: Array, torque: Array, bound: float, limited: Array, now: Now

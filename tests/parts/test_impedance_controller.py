@@ -68,12 +68,16 @@ class Case:
     tracking: str = "quaternion"
     scheme: str = "inner-loop"
     limited: bool = True
+    inertia: str | None = None
 
     def config(self, form: str) -> ImpedanceControllerConfig:
         config = quick_config(self.velocity)
         config.redundancy = RedundancyConfig(**self.redundancy)
-        config.form, config.scheme = form, self.scheme
+        config.form, config.scheme, config.inertia = form, self.scheme, self.inertia
         config.limits = config.limits if self.limited else None
+        if self.inertia == "natural":
+            for gains in (config.impedance.translation, config.impedance.rotation):
+                gains.mass = gains.damping = None
         config.impedance.orientation, config.motion.orientation = self.family, self.tracking
         return config
 
@@ -110,6 +114,10 @@ CASES = {
     "seven, at its efforts": Case(7, "differenced", options={"effort": 20.0}),
     "direct, at its efforts": Case(scheme="direct", options={"effort": 20.0}),
     "direct": Case(scheme="direct"),
+    "natural": Case(scheme="direct", inertia="natural"),
+    "seven, natural, other law": Case(
+        7, "differenced", family="classical-euler", scheme="direct", inertia="natural"
+    ),
     "seven, direct, other law": Case(7, family="classical-euler", scheme="direct"),
     "seven, other laws": Case(7, family="angle-axis-sin", tracking="alternative-euler"),
 }

@@ -56,6 +56,7 @@ from geoimp_drake.systems.direct_impedance import DirectImpedance
 from geoimp_drake.systems.hand_over import HandOver
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
+from geoimp_drake.systems.natural_impedance import NaturalImpedance
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
@@ -127,6 +128,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),
     LastMotion: (LastMotion, 0),
+    NaturalImpedance: (lambda: NaturalImpedance(make_impedance().part), 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     HandOver: (lambda: HandOver(7), 7),

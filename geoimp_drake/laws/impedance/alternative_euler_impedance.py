@@ -13,6 +13,7 @@ __all__ = [
     "angular_acceleration",
     "displacement_acceleration",
     "elastic_moment",
+    "elastic_moment_W",
     "relative_angular_acceleration",
 ]
 
@@ -42,6 +43,13 @@ def displacement_acceleration(
 def elastic_moment(phi: Array, K_o: Array) -> Array:
     """(3.8) ᶜμ_E = T⁻ᵀ(φ_dc) K_o φ_dc (3,), in C [Nm]: the moment that holds the spring at rest."""
     return euler.T_inverse(phi).T @ (K_o @ phi)
+
+
+@compilable
+def elastic_moment_W(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
+    """(3.8) R_c T⁻ᵀ(φ_dc) K_o φ_dc (3,), in W [Nm]."""
+    phi = euler.from_rotation(to_rotation(relative(Q_WC, Q_WD)))
+    return to_rotation(Q_WC) @ elastic_moment(phi, K_o)
 
 
 @compilable

@@ -16,6 +16,7 @@ __all__ = [
     "angular_acceleration",
     "damping_moment",
     "elastic_moment",
+    "elastic_moment_W",
     "inertial_moment",
     "kinetic_energy",
     "potential_energy",
@@ -52,6 +53,23 @@ def inertial_moment(dw_CD_C: Array, M_o: Array) -> Array:
 def elastic_moment(o: Array, Omega: Array, K_o: Array, psi: float) -> Array:
     """(3.20) ᶜμ_E = 2ψ Ωᵀ K_o ᶜo (3,), in C [Nm]; (3.19) its power is the potential's rate."""
     return (2.0 * psi) * (Omega.T @ (K_o @ o))
+
+
+@cache
+def elastic_moment_W(row: Representation) -> Callable[..., Array]:
+    """Returns the law for (3.20) R_c K′_o ᶜo_dc (3,), in W [Nm], of a row of Table 2.1.
+
+    Its arguments are those of `OrientationImpedance.elastic_law`.
+    """
+    coefficients, psi_of_row = row.coefficients, psi(row.f_prime_at_zero)
+
+    @compilable
+    def law(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
+        Q_CD = relative(Q_WC, Q_WD)
+        o, Omega = displacement_of(coefficients, Q_CD), omega_of(coefficients, Q_CD)
+        return to_rotation(Q_WC) @ elastic_moment(o, Omega, K_o, psi_of_row)
+
+    return law
 
 
 @compilable

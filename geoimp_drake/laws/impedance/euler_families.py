@@ -34,6 +34,8 @@ class ClassicalEulerImpedance(_EulerImpedance):
 
     name = "classical-euler"
     law = staticmethod(euler_impedance.compliant_angular_acceleration)
+    elastic_law = staticmethod(euler_impedance.elastic_moment_W)
+    axes_law = staticmethod(euler_impedance.moment_axes)
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.3) Δφ_dc = φ_d − φ_c (3,), each angle in (−π, π] [rad]."""
@@ -46,11 +48,6 @@ class ClassicalEulerImpedance(_EulerImpedance):
     def generalized_moment(self, Q_WD: Array, Q_WC: Array, mu_W: Array) -> Array:
         """(3.3) Tᵀ(φ_c) μ (3,) [Nm]."""
         return euler.T(_angles(Q_WC)).T @ mu_W
-
-    def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """(3.5) T⁻ᵀ(φ_c) K_o Δφ_dc (3,), in W [Nm]."""
-        dphi = self.displacement(Q_WD, Q_WC)
-        return euler_impedance.elastic_moment(dphi, _angles(Q_WC), self.K_o)
 
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
         """(3.3) cond(T(φ_c))."""
@@ -67,6 +64,7 @@ class AlternativeEulerImpedance(_EulerImpedance):
 
     name = "alternative-euler"
     law = staticmethod(alternative_euler_impedance.angular_acceleration)
+    elastic_law = staticmethod(alternative_euler_impedance.elastic_moment_W)
 
     def displacement(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.6) φ_dc (3,), the angles of ᶜR_d [rad]."""
@@ -80,11 +78,6 @@ class AlternativeEulerImpedance(_EulerImpedance):
     def generalized_moment(self, Q_WD: Array, Q_WC: Array, mu_W: Array) -> Array:
         """(3.6) Tᵀ(φ_dc) ᶜμ (3,) [Nm]."""
         return euler.T(self.displacement(Q_WD, Q_WC)).T @ (to_rotation(Q_WC).T @ mu_W)
-
-    def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """(3.8) R_c T⁻ᵀ(φ_dc) K_o φ_dc (3,), in W [Nm]."""
-        phi = self.displacement(Q_WD, Q_WC)
-        return to_rotation(Q_WC) @ alternative_euler_impedance.elastic_moment(phi, self.K_o)
 
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
         """(3.6) cond(T(φ_dc))."""

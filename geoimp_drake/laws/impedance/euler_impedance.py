@@ -14,6 +14,8 @@ __all__ = [
     "compliant_angular_acceleration",
     "displacement_acceleration",
     "elastic_moment",
+    "elastic_moment_W",
+    "moment_axes",
 ]
 
 
@@ -42,6 +44,20 @@ def displacement_acceleration(
 def elastic_moment(dphi: Array, phi_c: Array, K_o: Array) -> Array:
     """(3.5) μ_E = T⁻ᵀ(φ_c) K_o Δφ_dc (3,), in W [Nm]: the moment that holds the spring at rest."""
     return euler.T_inverse(phi_c).T @ (K_o @ dphi)
+
+
+@compilable
+def elastic_moment_W(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
+    """(3.5) T⁻ᵀ(φ_c) K_o Δφ_dc (3,), in W [Nm], of two attitudes (4,)."""
+    phi_d = euler.from_rotation(to_rotation(Q_WD))
+    phi_c = euler.from_rotation(to_rotation(Q_WC))
+    return elastic_moment(euler.wrapped(phi_d - phi_c), phi_c, K_o)
+
+
+@compilable
+def moment_axes(Q_WC: Array) -> Array:
+    """(3.5) T⁻ᵀ(φ_c) (3, 3), which gives the moment in W of one dual to the angles."""
+    return euler.T_inverse(euler.from_rotation(to_rotation(Q_WC))).T
 
 
 @compilable

@@ -38,10 +38,6 @@ class _GeometricImpedance(OrientationImpedance):
         """(3.20) K′_o ᶜo_dc (3,), in C [Nm]."""
         return self._elastic_moment_C(relative(Q_WC, Q_WD))
 
-    def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """(3.20) R_c K′_o ᶜo_dc (3,), in W [Nm]."""
-        return to_rotation(Q_WC) @ self.elastic_moment(Q_WD, Q_WC)
-
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
         """One: the law has no inverse of a representation."""
         return 1.0
@@ -52,6 +48,7 @@ class QuaternionImpedance(_GeometricImpedance):
 
     name = "quaternion"
     law = staticmethod(quaternion_impedance.angular_acceleration)
+    elastic_law = staticmethod(quaternion_impedance.elastic_moment_W)
 
     def _elastic_moment_C(self, Q_CD: Array) -> Array:
         return quaternion_impedance.elastic_moment(Q_CD, self.K_o)
@@ -82,6 +79,7 @@ class AngleAxisImpedance(_GeometricImpedance):
         super().__init__(M_o, D_o, K_o)
         self.name = f"angle-axis-{row.name}"
         self.law = angle_axis_impedance.angular_acceleration(row)
+        self.elastic_law = angle_axis_impedance.elastic_moment_W(row)
         self.row = row
         self.psi = angle_axis_impedance.psi(row.f_prime_at_zero)
 

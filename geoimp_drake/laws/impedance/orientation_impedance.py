@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from geoimp_drake.laws.impedance import angle_axis_impedance
+from geoimp_drake.rotations.quaternion import to_rotation
 from geoimp_drake.typing import Array
 
 __all__ = ["OrientationImpedance"]
@@ -26,6 +27,10 @@ class OrientationImpedance(ABC):
         name: the family's name in scenarios.
         law: what `angular_acceleration` computes, as a function of the same arguments followed by
             `M_inv`, `D_o` and `K_o`; marked as compilable.
+        elastic_law: what `elastic_moment_W` computes, as a function of the same arguments followed
+            by `K_o`; compilable.
+        axes_law: a function of `Q_WC`, compilable: the columns of A(Q_WC) are the axes in which the
+            family's moment is written, so that A K_o Aᵀ is the stiffness in W where D equals C.
         has_domain: whether there are attitudes that `check_domain` refuses.
         has_conditioning: whether `conditioning` is ever above 1.
         M_o: inertia (3, 3) [kg m²], symmetric positive definite.
@@ -36,6 +41,8 @@ class OrientationImpedance(ABC):
 
     name: str
     law: Callable[..., Array]
+    elastic_law: Callable[..., Array]
+    axes_law: Callable[..., Array] = staticmethod(to_rotation)
     has_domain = False
     has_conditioning = False
 
@@ -65,9 +72,9 @@ class OrientationImpedance(ABC):
     def elastic_moment(self, Q_WD: Array, Q_WC: Array) -> Array:
         """The elastic term of the family's law (3,) [Nm], as generalized as its right side."""
 
-    @abstractmethod
     def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
         """The moment `mu_W` (3,), in W [Nm], that holds the spring at rest."""
+        return self.elastic_law(Q_WD, Q_WC, self.K_o)
 
     @abstractmethod
     def potential_energy(self, Q_WD: Array, Q_WC: Array) -> float:

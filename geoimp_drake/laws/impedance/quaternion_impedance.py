@@ -14,6 +14,7 @@ from geoimp_drake.typing import Array
 __all__ = [
     "angular_acceleration",
     "elastic_moment",
+    "elastic_moment_W",
     "potential_energy",
     "relative_angular_acceleration",
     "rotational_stiffness",
@@ -38,6 +39,12 @@ def elastic_moment(Q_CD: Array, K_o: Array) -> Array:
     return vector(
         2.0 * (w * a + y * c - z * b), 2.0 * (w * b + z * a - x * c), 2.0 * (w * c + x * b - y * a)
     )
+
+
+@compilable
+def elastic_moment_W(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
+    """(3.30) R_c K′_o ᶜε_dc (3,), in W [Nm]."""
+    return to_rotation(Q_WC) @ elastic_moment(relative(Q_WC, Q_WD), K_o)
 
 
 @compilable

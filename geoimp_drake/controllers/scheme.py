@@ -1,0 +1,103 @@
+"""Which scheme makes the end effector behave as its impedance says, and with whose inertia."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.direct_impedance import DirectImpedance
+from geoimp_drake.parts.impedance_controller import EndEffectorImpedance
+from geoimp_drake.parts.natural_impedance import NaturalImpedance
+from geoimp_drake.validation import choice, key, positive
+
+if TYPE_CHECKING:
+    from geoimp_drake.controllers.config import ImpedanceConfig
+
+__all__ = ["INERTIAS", "SCHEMES", "SchemeConfig"]
+
+# An inner loop tracks C, or the impedance is the closed loop of E itself.
+SCHEMES = ("inner-loop", "direct")
+
+# Of E, in the scheme direct: that of the impedance, or the arm's own.
+INERTIAS = ("desired", "natural")
+
+# What to do if E diverges from D.
+_REMEDY = (
+    "In the scheme 'direct' it is that of E itself, whose readings must come well within M/D; "
+    "shorten sampling.period, or lower the damping or raise the mass of the impedance."
+)
+
+
+@dataclass
+class SchemeConfig:
+    """How the impedance is enforced."""
+
+    scheme: str = "inner-loop"  # or direct: the impedance is that of E itself, without that loop
+    inertia: str | None = None  # of direct: desired (or null), or natural, which needs no wrench
+    damping_ratio: float | None = None  # of every mode with natural inertia; null for 1
+
+    @property
+    def is_natural(self) -> bool:
+        """Whether E has the arm's own inertia."""
+        return self.inertia == "natural"
+
+    def uses_motion(self, impedance: "ImpedanceConfig") -> bool:
+        """Whether the gains of the motion loop have an effect."""
+        return self.scheme == "inner-loop" or impedance.axes != "both"
+
+    def make_impedance(self, impedance: "ImpedanceConfig") -> EndEffectorImpedance:
+        """Returns the part that moves C."""
+        if self.scheme == "inner-loop":
+            return impedance.make()
+        if self.is_natural:
+            return NaturalImpedance(impedance.make(), self.damping_ratio or 1.0)
+        return DirectImpedance(impedance.make(_REMEDY))
+
+    def check_scheme(self, name: str, impedance: "ImpedanceConfig") -> None:
+        """Raises ConfigurationError if the words do not go together, or with the impedance.
+
+        Args:
+            name: of the configuration.
+            impedance: of the same.
+        """
+        choice(self.scheme, key(name, "scheme"), SCHEMES)
+        self._check_inertia(key(name, "inertia"))
+        self._check_damping_ratio(key(name, "damping_ratio"))
+        if self.is_natural:
+            _check_natural(key(name, "impedance"), impedance)
+
+    def _check_inertia(self, name: str) -> None:
+        if self.inertia is None:
+            return
+        choice(self.inertia, name, INERTIAS)
+        if self.scheme != "direct":
+            raise ConfigurationError(
+                f"{name} is '{self.inertia}', but the scheme is '{self.scheme}', whose inertia is "
+                f"always that of the impedance. Leave it out, or give scheme: direct."
+            )
+
+    def _check_damping_ratio(self, name: str) -> None:
+        if self.damping_ratio is None:
+            return
+        positive(self.damping_ratio, name)
+        if not self.is_natural:
+            raise ConfigurationError(
+                f"{name} is {self.damping_ratio:g}; it is for natural inertia alone, otherwise the "
+                f"damping is that of the impedance. Leave it out, or give scheme: direct and "
+                f"inertia: natural."
+            )
+
+
+def _check_natural(name: str, impedance: "ImpedanceConfig") -> None:
+    """Raises ConfigurationError if an impedance asks for what the arm's own inertia does not give.
+
+    Args:
+        name: of the impedance.
+        impedance: its configuration.
+    """
+    impedance.check_without_inertia(name)
+    if impedance.axes != "both":
+        raise ConfigurationError(
+            f"{key(name, 'axes')} is '{impedance.axes}'; with inertia: natural it must be 'both': "
+            f"the other part would have to be stiff against a wrench that is not measured. Give "
+            f"inertia: desired, or axes: both."
+        )
