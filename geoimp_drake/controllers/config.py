@@ -53,11 +53,11 @@ STIFFNESS_FORMS = ("chapter", "seo")
 class _Gains:
     """What the gains of translation and of rotation have in common."""
 
-    mass: Array | None
-    damping: Array | None
+    mass: Array
+    damping: Array
     stiffness: Array
     principal_axes: Array | None
-    _OPEN: ClassVar[dict[str, float]]  # what is taken for a gain that is null
+    _UNUSED: ClassVar[dict[str, float]]  # defaults of what natural inertia does not use
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -66,24 +66,21 @@ class _Gains:
     def matrices(self, name: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each); errors as `validate`."""
         mass, damping, stiffness = (
-            spd_matrix(self._value(gain), key(name, gain))
+            spd_matrix(getattr(self, gain), key(name, gain))
             for gain in ("mass", "damping", "stiffness")
         )
         return mass, damping, self._along_axes(name, stiffness)
 
-    def check_open(self, name: str) -> None:
+    def check_without_inertia(self, name: str) -> None:
         """Raises ConfigurationError if a mass or a damping is given, for natural inertia."""
-        for gain in self._OPEN:
-            if getattr(self, gain) is not None:
+        for gain, default in self._UNUSED.items():
+            value = np.asarray(getattr(self, gain))
+            if value.ndim or value != default:
                 raise ConfigurationError(
-                    f"{key(name, gain)} is {self._value(gain)}, which natural inertia does not "
-                    f"use: its mass is the arm's own, and its damping follows from damping_ratio. "
-                    f"Leave it out, or give null."
+                    f"{key(name, gain)} is {value.tolist()}, which natural inertia does not use: "
+                    f"its mass is the arm's own, and its damping follows from damping_ratio. Leave "
+                    f"it out."
                 )
-
-    def _value(self, gain: str) -> Array:
-        value: Array | None = getattr(self, gain)
-        return np.array(self._OPEN.get(gain)) if value is None else value
 
     def _along_axes(self, name: str, stiffness: Array) -> Array:
         if self.principal_axes is None:
@@ -104,26 +101,26 @@ class _Gains:
 class TranslationGains(_Gains):
     """Gains of (3.1): one number for k I, three for the diagonal, or a 3×3 matrix."""
 
-    mass: Array | None = None  # M_p [kg]; null for 9, or with natural inertia
-    damping: Array | None = None  # D_p [Ns/m]; null for 2000, or with natural inertia
+    mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
+    damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
     stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
     axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
 
-    _OPEN: ClassVar[dict[str, float]] = {"mass": 9.0, "damping": 2000.0}
+    _UNUSED: ClassVar[dict[str, float]] = {"mass": 9.0, "damping": 2000.0}
 
 
 @dataclass
 class RotationGains(_Gains):
     """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
 
-    mass: Array | None = None  # M_o [kg m²]; null for 0.4, or with natural inertia
-    damping: Array | None = None  # D_o [Nms/rad]; null for 5, or with natural inertia
+    mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
+    damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
     stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
     principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
     stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
 
-    _OPEN: ClassVar[dict[str, float]] = {"mass": 0.4, "damping": 5.0}
+    _UNUSED: ClassVar[dict[str, float]] = {"mass": 0.4, "damping": 5.0}
 
 
 @dataclass
@@ -148,8 +145,8 @@ class ImpedanceConfig:
 
     def check_without_inertia(self, name: str) -> None:
         """Raises ConfigurationError if masses or dampings are given, for natural inertia."""
-        self.translation.check_open(key(name, "translation"))
-        self.rotation.check_open(key(name, "rotation"))
+        self.translation.check_without_inertia(key(name, "translation"))
+        self.rotation.check_without_inertia(key(name, "rotation"))
 
     def gains(self, part: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""

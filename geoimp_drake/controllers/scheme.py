@@ -1,16 +1,14 @@
 """Which scheme makes the end effector behave as its impedance says, and with whose inertia."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.direct_impedance import DirectImpedance
+from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import EndEffectorImpedance
 from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.validation import choice, key, positive
-
-if TYPE_CHECKING:
-    from geoimp_drake.controllers.config import ImpedanceConfig
 
 __all__ = ["INERTIAS", "SCHEMES", "SchemeConfig"]
 
@@ -27,6 +25,18 @@ _REMEDY = (
 )
 
 
+class _Impedance(Protocol):
+    """The configuration of an impedance."""
+
+    axes: str
+
+    def make(self, remedy: str = "") -> Impedance:
+        """Returns the part."""
+
+    def check_without_inertia(self, name: str) -> None:
+        """Raises ConfigurationError if masses or dampings are given."""
+
+
 @dataclass
 class SchemeConfig:
     """How the impedance is enforced."""
@@ -40,11 +50,11 @@ class SchemeConfig:
         """Whether E has the arm's own inertia."""
         return self.inertia == "natural"
 
-    def uses_motion(self, impedance: "ImpedanceConfig") -> bool:
+    def uses_motion(self, impedance: _Impedance) -> bool:
         """Whether the gains of the motion loop have an effect."""
         return self.scheme == "inner-loop" or impedance.axes != "both"
 
-    def make_impedance(self, impedance: "ImpedanceConfig") -> EndEffectorImpedance:
+    def make_impedance(self, impedance: _Impedance) -> EndEffectorImpedance:
         """Returns the part that moves C."""
         if self.scheme == "inner-loop":
             return impedance.make()
@@ -52,7 +62,7 @@ class SchemeConfig:
             return NaturalImpedance(impedance.make(), self.damping_ratio or 1.0)
         return DirectImpedance(impedance.make(_REMEDY))
 
-    def check_scheme(self, name: str, impedance: "ImpedanceConfig") -> None:
+    def check_scheme(self, name: str, impedance: _Impedance) -> None:
         """Raises ConfigurationError if the words do not go together, or with the impedance.
 
         Args:
@@ -87,7 +97,7 @@ class SchemeConfig:
             )
 
 
-def _check_natural(name: str, impedance: "ImpedanceConfig") -> None:
+def _check_natural(name: str, impedance: _Impedance) -> None:
     """Raises ConfigurationError if an impedance asks for what the arm's own inertia does not give.
 
     Args:

@@ -1,0 +1,114 @@
+"""The impedance as the closed loop of E itself, with its own mass or with the arm's."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from arms import make_arm_plant
+
+from geoimp_drake.arm.state import ArmState, evaluate_arm
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.laws.frame_motion import ACCELERATION, POSITION, QUATERNION
+from geoimp_drake.laws.impedance import quaternion_impedance
+from geoimp_drake.laws.impedance.coupled_stiffness import stiffness_matrix
+from geoimp_drake.laws.impedance.natural_inertia import damping_acceleration
+from geoimp_drake.rotations import quaternion
+
+K_p, K_o = np.diag([400.0, 900.0, 1500.0]), np.diag([4.0, 10.0, 2.5])
+K_c = np.array([[0.0, 8.0, -3.0], [5.0, 0.0, 2.0], [-6.0, 1.0, 0.0]])
+SMALL = 1e-5  # of a displacement [rad, m]
+
+
+def loop_of(joints: int, inertia: str | None, coupling: np.ndarray | None = None) -> ControlLoop:
+    rig = make_arm_plant(joints=joints)
+    config = ImpedanceControllerConfig(scheme="direct", inertia=inertia, limits=None)
+    config.impedance.translation.stiffness, config.impedance.rotation.stiffness = K_p, K_o
+    config.impedance.coupling = coupling
+    return ControlLoop(rig.plant, rig.arm, rig.E, config)
+
+
+def postures(loop: ControlLoop, count: int) -> Iterator[ArmState]:
+    """Yields states at rest away from singularities."""
+    random, n = np.random.default_rng(7), loop.model.num_joints
+    scratch = loop.model.plant.CreateDefaultContext()
+    while count:
+        x = np.concatenate((random.uniform(-2.0, 2.0, n), np.zeros(n)))
+        arm = evaluate_arm(loop.model, scratch, x)
+        if np.linalg.svd(arm.Jv_V_WE, compute_uv=False)[-1] > 0.05:
+            count -= 1
+            yield arm
+
+
+def at(arm: ArmState) -> np.ndarray:
+    """Returns E's pose as a motion of D at rest."""
+    D = np.zeros(19)
+    D[QUATERNION], D[POSITION] = arm.Q_WE, arm.p_WE
+    return D
+
+
+def elastic(D: np.ndarray, arm: ArmState) -> np.ndarray:
+    """Returns the wrench of the springs at E [moment; force], for a small displacement exactly."""
+    moment = quaternion_impedance.elastic_moment_W(D[QUATERNION], arm.Q_WE, K_o)
+    return np.concatenate((moment, K_p @ (D[POSITION] - arm.p_WE)))
+
+
+@pytest.mark.parametrize("joints", [6, 7])
+@pytest.mark.parametrize("inertia", [None, "natural"], ids=["desired", "natural"])
+def test_at_rest_the_hand_bears_the_springs_wrench_on_each_axis(joints, inertia):
+    """An arm under h = KΔ, with D displaced along an axis, is asked for no acceleration."""
+    loop, K = loop_of(joints, inertia), np.block([[K_o, 0 * K_p], [0 * K_p, K_p]])
+    for arm in postures(loop, 20):
+        for axis in range(6):
+            step, D = SMALL * np.eye(6)[axis], at(arm)
+            turn = quaternion.from_rotation(arm.R_WE @ _small_rotation(step[:3]))
+            D[QUATERNION], D[POSITION] = turn, arm.p_WE + step[3:]
+            h = K @ step
+            h[:3] = arm.R_WE @ h[:3]  # K_o is in E
+            torque = loop.reset(arm.q, arm.v, h, D) - arm.g
+            found = np.linalg.lstsq(arm.Jv_V_WE.T, torque, rcond=None)[0]
+            np.testing.assert_allclose(found, h, rtol=0, atol=0.01 * np.abs(h).max())
+
+
+def _small_rotation(angles: np.ndarray) -> np.ndarray:
+    x, y, z = angles
+    return np.eye(3) + np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+@pytest.mark.parametrize("coupling", [None, K_c], ids=["block", "coupled"])
+@pytest.mark.parametrize("zeta", [0.4, 1.0])
+def test_every_mode_has_the_damping_ratio_that_was_asked_for(zeta, coupling):
+    loop = loop_of(7, "natural")
+    K = stiffness_matrix(K_p, K_o, np.zeros((3, 3)) if coupling is None else coupling)
+    L = np.linalg.cholesky(K)
+    for arm in postures(loop, 100):
+        G = arm.Jv_V_WE @ np.linalg.solve(arm.B, arm.Jv_V_WE.T)
+        damping = np.column_stack([damping_acceleration(G, L, zeta, e) for e in np.eye(6)])
+        poles = np.linalg.eigvals(np.block([[np.zeros((6, 6)), np.eye(6)], [-G @ K, -damping]]))
+        np.testing.assert_allclose(-poles.real / np.abs(poles), zeta, rtol=0, atol=0.05)
+
+
+def test_the_springs_do_no_work_round_a_closed_loop_of_orientations():
+    """The arm turns its hand round both ways; a law of its kind that is none gives out joules."""
+    loop = loop_of(6, "natural")
+    (first,) = postures(loop, 1)
+    scratch, D = loop.model.plant.CreateDefaultContext(), at(first)
+    rest = evaluate_arm(loop.model, scratch, np.concatenate((first.q, np.zeros(6))))
+    spring, contrast = [], []
+    for t in np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False):
+        q = rest.q.copy()
+        q[3:] += 0.6 * np.array([np.sin(t), np.cos(t) - 1.0, np.sin(2.0 * t + 0.3)])
+        v = np.zeros(6)
+        v[3:] = 0.6 * np.array([np.cos(t), -np.sin(t), 2.0 * np.cos(2.0 * t + 0.3)])
+        arm = evaluate_arm(loop.model, scratch, np.concatenate((q, v)))
+        # What is asked for beside damping, as a wrench: Λ(a - Λ⁻¹DΔv).
+        loop.reset(q, np.zeros(6), None, D)
+        a = loop.output("compliant_motion")[ACCELERATION]
+        wrench = np.linalg.solve(arm.Jv_V_WE @ np.linalg.solve(arm.B, arm.Jv_V_WE.T), a)
+        spring.append(wrench @ arm.V_WE)
+        error = quaternion.relative(arm.Q_WE, D[QUATERNION])[1:]
+        moment = np.concatenate((arm.R_WE @ (2.0 * K_o @ error), wrench[3:]))
+        contrast.append(moment @ arm.V_WE)
+    step = 2.0 * np.pi / 2000
+    assert abs(np.sum(spring)) <= 1e-6 * np.sum(np.abs(spring))
+    assert abs(np.sum(contrast) * step) > 0.05
