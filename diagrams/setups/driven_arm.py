@@ -147,9 +147,7 @@ class ScenarioDrive:
         self.loop = ControlLoop(
             plant, arm, E, scenario, gravity=self.robot.gravity, joints=self.robot.joints
         )
-        if scenario.duration is None:
-            scenario.duration = sum(segment.duration for segment in scenario.segments)
-
+        scenario.duration = scenario.length
         self._drive = Drive(self.robot, self.loop, driver.drive_config())
 
     def look(self) -> tuple[RobotStatus, Array]:
@@ -161,7 +159,7 @@ class ScenarioDrive:
         """Drives the arm; returns the log, whatever ended the drive."""
         X_WE = self.loop.pose(self._drive.look().q)
         motion = DesiredMotion(X_WE, self._scenario.segments)
-        return self._drive.run(motion, self._scenario.duration or 0.0)
+        return self._drive.run(motion, self._scenario.length)
 
     def log(self, driven: DriveLog) -> dict[str, Array]:
         """Returns the log of a whole drive by the keys of a run's."""

@@ -34,6 +34,13 @@ class SingleArmScenario(CompliantArmSettings):
         """Name under which what is compliant is logged."""
         return self.arm
 
+    @property
+    def length(self) -> float:
+        """How long the run is [s]: its duration, or all of the motion."""
+        if self.duration is not None:
+            return self.duration
+        return sum(segment.duration for segment in self.segments)
+
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         super().validate(name)

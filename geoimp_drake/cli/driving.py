@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydrake.geometry import Meshcat
 
 from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, payload_of, simulated_robot
+from geoimp_drake.diagrams.setups.replayed_arm import replay_log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import check_folder, write_files
@@ -14,6 +16,8 @@ from geoimp_drake.robots.lcm_arm import LcmRobot
 from geoimp_drake.robots.real_time import real_time
 from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
+from geoimp_drake.simulation.replay import start_meshcat, stop_listening
+from geoimp_drake.typing import Array
 from geoimp_drake.validation import whole_number
 
 __all__ = ["drive_robot", "look_at_robot", "simulate_robot", "tare_robot"]
@@ -25,7 +29,7 @@ _NO_LOAD = 5e-3
 
 
 def drive_robot(
-    experiment: Any, scenario: Any, out: Path, *, figures: bool
+    experiment: Any, scenario: Any, out: Path, *, figures: bool, html: bool = False
 ) -> tuple[str, list[Path], Exception | None]:
     """Drives the robot of a scenario; returns claims, files and what ended the drive early.
 
@@ -34,17 +38,28 @@ def drive_robot(
         scenario: for it.
         out: folder to write into; made if need be.
         figures: draw the experiment's figures.
+        html: write a replay.
     """
     check_folder(out, [*RUN_FILES, _TICKS])
     is_simulated = _single(scenario).robot.driver.kind == "plant"
     with nullcontext() if is_simulated else real_time():
         drive = ScenarioDrive(scenario)
         log = drive.run()
-    result = write_run(experiment, scenario, drive.log(log), log.failure, out, figures)
+    rows = drive.log(log)
+    replay = _replay(experiment, scenario, rows) if html else None
+    result = write_run(experiment, scenario, rows, log.failure, out, figures, replay)
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
-    late = f"{1e6 * np.median(log.computing):.0f} µs in the median"
-    said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {late}"
+    computing = f"{1e6 * np.median(log.computing):.0f} µs in the median"
+    said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {computing}"
     return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], log.failure
+
+
+def _replay(experiment: Any, scenario: Any, log: dict[str, Array]) -> Meshcat:
+    """Returns a Meshcat that has recorded a drive, made after it: a tick has no time to draw."""
+    meshcat = start_meshcat(*experiment.view)
+    stop_listening(meshcat)
+    replay_log(scenario, log, meshcat)
+    return meshcat
 
 
 def look_at_robot(scenario: Any) -> None:
@@ -72,8 +87,7 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
     driver = _single(scenario).robot.driver
     robot = simulated_robot(scenario, gravity="robot")
     server = LcmRobot(robot, driver.messages, url or driver.url, driver.period, driver.channel)
-    duration = scenario.duration or sum(segment.duration for segment in scenario.segments)
-    server.run(duration, in_step=in_step)
+    server.run(scenario.length, in_step=in_step)
 
 
 def tare_robot(scenario: Any, postures: int) -> None:

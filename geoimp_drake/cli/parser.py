@@ -115,6 +115,7 @@ def _add_robot_commands(subparsers: Any) -> None:
         "--dry-run", action="store_true", help="connect, read, compute and print; command nothing"
     )
     drive.add_argument("--no-figures", action="store_true", help="write no figures")
+    drive.add_argument("--html", action="store_true", help="write replay.html, after the drive")
     _add_drive_options(drive)
     drive.set_defaults(command=robot_commands.drive)
     robot_sim = subparsers.add_parser(

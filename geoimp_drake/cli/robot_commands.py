@@ -25,7 +25,9 @@ def drive(options: argparse.Namespace) -> int:
         look_at_robot(scenario)
         return SUCCESS
     out = options.out or Path("results") / options.scenario.stem
-    claims, files, failure = drive_robot(experiment, scenario, out, figures=not options.no_figures)
+    claims, files, failure = drive_robot(
+        experiment, scenario, out, figures=not options.no_figures, html=options.html
+    )
     print(claims)
     print_files(files)
     return status_of({experiment.name: failure} if failure else {})

@@ -18,7 +18,7 @@ from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
 from geoimp_drake.simulation.live import pause_button
-from geoimp_drake.simulation.replay import start_meshcat, stop_listening
+from geoimp_drake.simulation.replay import start_meshcat, start_recording, stop_listening
 from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_contents
 from geoimp_drake.typing import Array
@@ -88,7 +88,7 @@ def run_experiment(
         stop_listening(meshcat)
     setup = experiment.build(scenario, meshcat, live=live)
     if meshcat is not None and html:
-        meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
+        start_recording(meshcat)
     wait = None
     if meshcat is not None and live:
         wait = pause_button(meshcat)

@@ -9,7 +9,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from geoimp_drake.errors import ConfigurationError
 
-__all__ = ["start_meshcat", "stop_listening"]
+__all__ = ["start_meshcat", "start_recording", "stop_listening"]
 
 _LOOPBACK = "127.0.0.1"
 
@@ -46,6 +46,11 @@ def start_meshcat(
     meshcat.SetProperty("/Background", "top_color", [0.93, 0.95, 0.97])
     meshcat.SetProperty("/Background", "bottom_color", [0.80, 0.84, 0.88])
     return meshcat
+
+
+def start_recording(meshcat: Meshcat) -> None:
+    """Has a Meshcat record what is drawn on it from now on, for a replay."""
+    meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
 
 
 def stop_listening(meshcat: Meshcat) -> None:

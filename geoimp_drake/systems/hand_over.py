@@ -16,7 +16,7 @@ class HandOver(PartSystem):
 
     s being the fifth-order polynomial of `smooth_step`. The controller that is about to take over
     has to run by then, with the arm where it is: one with an impedance begins with the D of
-    `desired_at_equilibrium`, a servo with its integral part preset to the torques that act.
+    `desired_at_equilibrium`, an `IndustrialController` is `preset` to the output `torque`.
 
     Args:
         num_joints: n.

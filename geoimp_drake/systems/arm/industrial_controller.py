@@ -67,7 +67,7 @@ class IndustrialController(Block):
     trajectory's ends.
 
     Forces at the hand are not known here: a stiff position control. See `make_impedance_controller`
-    for the compliant one.
+    for the compliant one. One that takes an arm over from another controller is `preset` first.
 
     Args:
         model: the arm; of it only the order of joints and actuators and the limits are used.
@@ -118,10 +118,17 @@ class IndustrialController(Block):
         self._torque = self.declare_state(np.clip(preload, -self._limits, self._limits))
         # In the order of the actuators.
         self._peak = self.declare_state(n)
+        # How far the arm was from the trajectory when the servos took it over.
+        self._offset = self.declare_state(n)
         self.DeclareVectorOutputPort(
             "actuation", n, self._calc_actuation, {self.ticket_of_state(self._torque)}
         )
-        self.DeclareVectorOutputPort("set_point", 2 * n, self._calc_set_point, {self.time_ticket()})
+        self.DeclareVectorOutputPort(
+            "set_point",
+            2 * n,
+            self._calc_set_point,
+            {self.time_ticket(), self.ticket_of_state(self._offset)},
+        )
         self.DeclareStateOutputPort("peak_effort", DiscreteStateIndex(self._peak))
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
         # state read is the one at this instant. Without offset, so that the instants are those of
@@ -134,21 +141,52 @@ class IndustrialController(Block):
 
     def _calc_set_point(self, context: Context, output: BasicVector) -> None:
         set_point = np.empty(2 * self._model.num_joints)
-        set_point[self._model.state_order] = self._set_point(context.get_time())
+        set_point[self._model.state_order] = self._set_point(context)
         output.SetFromVector(set_point)
 
-    def _set_point(self, time: float) -> Array:
+    def preset(self, context: Context, torque: Array) -> None:
+        """Has the servos begin where the arm is, with the torques that act on it: nothing jumps.
+
+        The trajectory is shifted so that e = 0, and z = τ − k_d (q̇_d − q̇). Call it in a running
+        diagram between two steps, right before these torques are taken, by a `HandOver` for
+        instance.
+
+        Args:
+            context: of this controller, with its input port connected or fixed.
+            torque: τ that acts on the joints now, in the order of `actuation` (n) [Nm or N].
+
+        Raises:
+            ConfigurationError: the torque does not fit the arm, or z exceeds its limit.
+            SignalError: the state at the port is NaN or infinite.
+        """
+        order, n = self._model.actuation_order, self._model.num_joints
+        acting = np.empty(n)
+        acting[order] = finite_vector(torque, "preset torque", n)
+        e, de = np.split(self._error(context), 2)
+        integral = acting - self._kd * de
+        _check_preload(integral, self._integral_limit, self._model.joint_names)
+        offset = context.get_discrete_state(self._offset).value() - e
+        context.SetDiscreteState(self._offset, offset)
+        context.SetDiscreteState(self._integral, integral)
+        context.SetDiscreteState(self._torque, np.clip(acting, -self._limits, self._limits))
+
+    def _error(self, context: Context) -> Array:
+        """Returns [e; q̇_d − q̇] in the order of the control model."""
+        reading = self._state_port.Eval(context)
+        check_signal(reading, f"{self.get_name()}:estimated_state")
+        error: Array = self._set_point(context) - reading[self._model.state_order]
+        return error
+
+    def _set_point(self, context: Context) -> Array:
         """Returns [q_d; q̇_d] in the order of the control model."""
+        time, offset = context.get_time(), context.get_discrete_state(self._offset).value()
         start, end = self._trajectory.start_time(), self._trajectory.end_time()
         t = min(max(time, start), end)
         q, v = self._trajectory.value(t)[:, 0], self._trajectory.EvalDerivative(t)[:, 0]
-        return np.concatenate((q, v if t == time else np.zeros_like(v)))
+        return np.concatenate((q + offset, v if t == time else np.zeros_like(v)))
 
     def _sample(self, context: Context, state: State) -> None:
-        reading = self._state_port.Eval(context)
-        check_signal(reading, f"{self.get_name()}:estimated_state")
-        error = self._set_point(context.get_time()) - reading[self._model.state_order]
-        e, de = np.split(error, 2)
+        e, de = np.split(self._error(context), 2)
         integral = context.get_discrete_state(self._integral).value()
         torque = servo_torque(self._kp, self._kd, e, de, integral)
         following = servo_integral(self._ki, e, integral, self._integral_limit, self._config.period)

@@ -9,9 +9,12 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, add_cell
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.models.robot_data import dh_to_joint
@@ -27,6 +30,9 @@ from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialControllerConfig,
     make_industrial_controller,
 )
+from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.systems.hand_over import HandOver
+from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 from geoimp_drake.validation import check
 
 START = np.append(-0.2, dh_to_joint(np.radians([8.83, 75.05, -47.63, 9.93, 62.93, 175.45])))
@@ -292,3 +298,113 @@ def test_joint_speeds_of_the_plan_are_what_the_servos_are_asked_for():
         cell.simulator.AdvanceTo(t)
         fastest = max(fastest, np.abs(cell.read("set_point")[7:]).max())
     assert fastest == pytest.approx(0.2, rel=1e-6)
+
+
+class HandBack:
+    """The track arm under an impedance, handed over to servos whose trajectory is elsewhere."""
+
+    def __init__(self, push: float):
+        builder = DiagramBuilder()
+        plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=1e-3), builder)
+        add_cell(plant, "track_arm")
+        self.arm = plant.GetModelInstanceByName(SEVEN)
+        sensor_instance, tool = (
+            plant.GetModelInstanceByName(f"{SEVEN}_{what}") for what in ("sensor", "tool")
+        )
+        self.T = plant.GetFrameByName(END_EFFECTOR, tool)
+        source = builder.AddSystem(
+            ExternalWrench(self.T, WrenchRamp(force=[0.0, 0.0, push], duration=99.0, blend=0.1))
+        )
+        plant.Finalize()
+        plant.SetDefaultPositions(self.arm, START)
+        self.plant, n = plant, 7
+        X_WE = self.T.CalcPoseInWorld(plant.CreateDefaultContext())
+        D = builder.AddSystem(ConstantVectorSource(frame_motion_at_rest(X_WE)))
+        soft = builder.AddSystem(make_impedance_controller(plant, self.arm, self.T))
+        joint = plant.GetJointByName("wrist_sensor", sensor_instance)
+        wrench = add_wrist_sensor(builder, plant, joint, self.T)
+        far = PiecewisePolynomial(NEAR)
+        self.unit = builder.AddSystem(make_industrial_controller(plant, self.arm, self.T, far))
+        self.over = builder.AddSystem(HandOver(n))
+        self.selected = builder.AddSystem(ConstantVectorSource([0.0]))
+        state = plant.get_state_output_port(self.arm)
+        for output, to in (
+            (D.get_output_port(), soft.GetInputPort("desired_motion")),
+            (state, soft.GetInputPort("estimated_state")),
+            (wrench.GetOutputPort("wrench"), soft.GetInputPort("wrench")),
+            (state, self.unit.get_input_port()),
+            (soft.GetOutputPort("actuation"), self.over.GetInputPort("torque_1")),
+            (self.unit.GetOutputPort("actuation"), self.over.GetInputPort("torque_2")),
+            (self.selected.get_output_port(), self.over.GetInputPort("selected")),
+            (self.over.get_output_port(), plant.get_actuation_input_port(self.arm)),
+            (source.get_output_port(), plant.get_applied_spatial_force_input_port()),
+        ):
+            builder.Connect(output, to)
+        self.simulator = Simulator(builder.Build())
+
+    def context(self, system):
+        return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+
+    def torque(self) -> np.ndarray:
+        return self.over.get_output_port().Eval(self.context(self.over)).copy()
+
+    def place(self) -> np.ndarray:
+        return self.T.CalcPoseInWorld(self.context(self.plant)).translation()
+
+    def jump_and_way(self, begin: float, *, preset: bool = True) -> tuple[float, float]:
+        """Hands over; returns how far a torque [Nm] and E [m] get from where they were."""
+        self.simulator.AdvanceTo(begin)
+        before, place = self.torque(), self.place()
+        if preset:
+            self.unit.preset(self.context(self.unit), before)
+        source = self.selected.get_mutable_source_value(self.context(self.selected))
+        source.SetFromVector([1.0])
+        jump = way = 0.0
+        for k in range(1, 601):
+            self.simulator.AdvanceTo(begin + 1e-3 * k)
+            jump = max(jump, np.abs(self.torque() - before).max())
+            way = max(way, np.linalg.norm(self.place() - place))
+        return jump, way
+
+
+@pytest.mark.parametrize("push", [0.0, 15.0])
+def test_servos_that_are_preset_take_over_without_a_jump(push):
+    """At rest, and with the hand 21 mm from D under a push; without the preset E is torn away."""
+    cell = HandBack(push)
+    jump, way = cell.jump_and_way(5.0)
+    print(f"\npush {push} N: torque {jump:.2e} Nm, E {way:.2e} m")
+    assert jump <= 0.01
+    assert way <= 1e-6
+
+
+def test_servos_that_are_not_preset_jump():
+    jump, way = HandBack(0.0).jump_and_way(0.1, preset=False)
+    assert jump > 10.0
+    assert way > 1e-2
+
+
+def test_preset_holds_while_the_arm_moves_and_its_orders_are_kept():
+    """τ is that given at the next sample, whatever the speed: D of the servo is in z."""
+    order = np.array([3, 0, 1, 2, 6, 5, 4])
+    other = dataclasses.replace(
+        MODEL, state_order=np.append(order, 7 + order), actuation_order=np.argsort(order)[::-1]
+    )
+    unit, _ = lone_unit(model=other)
+    simulator, context = Simulator(unit), None
+    context = simulator.get_mutable_context()
+    unit.get_input_port().FixValue(context, np.append(NEAR, 0.1 * np.arange(7.0)))
+    acting = np.arange(1.0, 8.0)
+    unit.preset(context, acting)
+    np.testing.assert_array_equal(output(unit, simulator, "actuation"), acting)
+    simulator.AdvancePendingEvents()
+    np.testing.assert_allclose(output(unit, simulator, "actuation"), acting, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(output(unit, simulator, "set_point")[:7], NEAR, rtol=0, atol=1e-12)
+
+
+def test_preset_that_cannot_be_is_refused():
+    unit, context = lone_unit()
+    unit.get_input_port().FixValue(context, np.append(START, np.zeros(7)))
+    with pytest.raises(ConfigurationError, match=r"integral part's limit: shoulder 1500"):
+        unit.preset(context, np.array([0, 0, 1500.0, 0, 0, 0, 0]))
+    with pytest.raises(ConfigurationError, match="preset torque"):
+        unit.preset(context, np.zeros(6))
