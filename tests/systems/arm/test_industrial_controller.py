@@ -372,7 +372,6 @@ def test_servos_that_are_preset_take_over_without_a_jump(push):
     """At rest, and with the hand 21 mm from D under a push; without the preset E is torn away."""
     cell = HandBack(push)
     jump, way = cell.jump_and_way(5.0)
-    print(f"\npush {push} N: torque {jump:.2e} Nm, E {way:.2e} m")
     assert jump <= 0.01
     assert way <= 1e-6
 

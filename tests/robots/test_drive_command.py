@@ -1,0 +1,69 @@
+"""`geoimp drive`: a scenario on the robot that it names, with the files of a run."""
+
+import json
+
+import numpy as np
+import pytest
+from driven_arm import LIGHT
+
+from geoimp_drake.cli import main
+from geoimp_drake.laws.frame_motion import POSITION
+
+SCENARIO = f"""
+experiment: custom
+arm: mine
+robot: {{file: {LIGHT}, end_effector: l7}}
+start: {{position: null}}
+segments: [{{duration: 0.4, displacement: [0.0, 0.0, -0.02]}}, {{duration: 0.1}}]
+impedance:
+  translation: {{mass: 20.0, damping: 400.0, stiffness: 500.0}}
+  rotation: {{mass: 4.0, damping: 40.0, stiffness: 50.0}}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text(SCENARIO, "utf-8")
+    return tmp_path / "mine.yaml"
+
+
+def test_a_drive_leaves_the_files_of_a_run_and_its_last_ticks(scenario, capsys):
+    assert main(["drive", "mine.yaml", "--html"]) == 0
+    assert "ticks of 1 ms" in capsys.readouterr().out
+    out = scenario.parent / "results" / "mine"
+    with np.load(out / "log.npz") as log, np.load(out / "ticks.npz") as ticks:
+        moved = log["mine/motion_E"][-1, POSITION] - log["mine/motion_E"][0, POSITION]
+        np.testing.assert_allclose(moved, [0.0, 0.0, -0.02], rtol=0, atol=2e-4)
+        assert len(ticks["t"]) > 10 * len(log["t"]) / 2
+    assert json.loads((out / "metrics.json").read_text("utf-8"))["failure"] is None
+    assert {file.suffix for file in out.iterdir()} >= {".npz", ".yaml", ".json", ".html", ".png"}
+    replay = (out / "replay.html").read_text("utf-8")
+    assert "<script" in replay
+    assert len(replay) > 1_000_000  # with the poses that the arm has gone through
+
+
+def test_a_dry_run_says_what_it_would_send_and_writes_nothing(scenario, capsys):
+    assert main(["drive", "mine.yaml", "--dry-run"]) == 0
+    printed = capsys.readouterr().out
+    assert "gravity is held by the" in printed
+    assert printed.count("torque") == 7
+    assert list(scenario.parent.iterdir()) == [scenario]
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot.driver.kind=lcm", "ticks every 0.005 s"),
+        ("robot.driver.kind=ethercat", "ethercat"),
+        ("sampling.period=0.002", "0.002 s"),
+        ("robot.driver.period=-1", "robot.driver.period"),
+        ("world.links.mass=1.1", "world"),
+    ],
+)
+def test_what_cannot_be_driven_is_one_line_and_writes_nothing(override, words, scenario, capsys):
+    assert main(["drive", "mine.yaml", "--set", override]) != 0
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith("geoimp: ")
+    assert words in error
+    assert list(scenario.parent.iterdir()) == [scenario]
