@@ -13,6 +13,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, add_cell
@@ -313,14 +314,16 @@ class HandBack:
         )
         self.T = plant.GetFrameByName(END_EFFECTOR, tool)
         source = builder.AddSystem(
-            ExternalWrench(self.T, WrenchRamp(force=[0.0, 0.0, push], duration=99.0, blend=0.1))
+            ExternalWrench(self.T, WrenchRamp(force=[0.0, 0.0, push], duration=0.3, blend=0.1))
         )
         plant.Finalize()
         plant.SetDefaultPositions(self.arm, START)
         self.plant, n = plant, 7
         X_WE = self.T.CalcPoseInWorld(plant.CreateDefaultContext())
         D = builder.AddSystem(ConstantVectorSource(frame_motion_at_rest(X_WE)))
-        soft = builder.AddSystem(make_impedance_controller(plant, self.arm, self.T))
+        config = ImpedanceControllerConfig(form="compiled")
+        config.impedance.translation.damping = np.array(300.0)  # so that it rests after 5 s
+        soft = builder.AddSystem(make_impedance_controller(plant, self.arm, self.T, config))
         joint = plant.GetJointByName("wrist_sensor", sensor_instance)
         wrench = add_wrist_sensor(builder, plant, joint, self.T)
         far = PiecewisePolynomial(NEAR)
