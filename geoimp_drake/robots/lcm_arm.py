@@ -1,6 +1,7 @@
 """An arm behind Drake's LCM messages, driven or simulated."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -108,8 +109,9 @@ class LcmArm:
 class LcmRobot:
     """Lets an arm in a plant speak Drake's messages: the other end of `LcmArm`.
 
-    A status is sent each period; a command counts until the next one, or for a tenth of a second.
-    Then, and before the first one, the arm holds its weight alone.
+    A status is sent each period, with what contacts and pushes do to the joints; a command counts
+    until the next one, or for a tenth of a second. Then, and before the first one, its brakes hold
+    the arm.
 
     Args:
         arm: in its plant; `gravity` is `robot`.
@@ -147,11 +149,12 @@ class LcmRobot:
         """
         status, begun, is_answered = self._arm.connect(), time.monotonic(), False
         while status.time < duration:
-            late = time.monotonic() - self._commanded > _EXPIRY
-            self._arm.write(np.zeros_like(self._torque) if late else self._torque)
+            self._arm.brake(not is_answered and time.monotonic() - self._commanded > _EXPIRY)
+            self._arm.write(self._torque)
             for _ in range(self._ticks):
                 status = self._arm.read()
             sent = time.monotonic()
+            status = replace(status, external_torque=self._arm.external_torque())
             message = self._messages.write_status(status)
             self._lcm.Publish(f"{self._channel}_STATUS", message.encode())
             if is_answered:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex, MultibodyForces
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
@@ -43,6 +43,7 @@ class PlantArm:
         # The robot's order is that of its actuators.
         actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance))
         joints = [a.joint() for a in sorted(actuators, key=lambda a: a.input_start())]
+        self._own_joints = joints
         self.joints = tuple(joint.name() for joint in joints)
         self._q = [joint.position_start() for joint in joints]
         self._v = [joint.velocity_start() for joint in joints]
@@ -76,6 +77,29 @@ class PlantArm:
 
     def stop(self) -> None:
         """See `RobotArm`."""
+
+    def brake(self, is_held: bool) -> None:
+        """Locks the joints, or lets them go."""
+        for joint in self._own_joints:
+            if is_held:
+                joint.Lock(self._context)
+            else:
+                joint.Unlock(self._context)
+
+    def external_torque(self) -> Array:
+        """Returns what pushes and contacts do to the joints, in their order (n) [Nm, N]."""
+        plant, context = self._plant, self._context
+        forces, W = MultibodyForces(plant), plant.world_frame()
+        pushes = plant.get_applied_spatial_force_input_port()
+        for push in pushes.Eval(context) if pushes.HasValue(context) else ():
+            body = plant.get_body(push.body_index)
+            p_BoBq_W = plant.EvalBodyPoseInWorld(context, body).rotation() @ push.p_BoBq_B
+            body.AddInForce(context, p_BoBq_W, push.F_Bq_W, W, forces)
+        contact = np.zeros(plant.num_velocities())
+        port = plant.get_generalized_contact_forces_output_port(self._arm)
+        plant.SetVelocitiesInArray(self._arm, port.Eval(context), contact)
+        external: Array = plant.CalcGeneralizedForces(context, forces) + contact
+        return external[self._v]
 
     def _status(self) -> RobotStatus:
         q, v = self._plant.GetPositions(self._context), self._plant.GetVelocities(self._context)
