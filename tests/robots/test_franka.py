@@ -50,6 +50,8 @@ class Server:
             if line.startswith("ready"):
                 self.address = line.split()[1]
                 break
+        else:
+            raise RuntimeError(f"franky-sim ended with {self.process.wait(10)} before it was ready")
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
@@ -61,8 +63,8 @@ class Server:
 
     def end(self) -> None:
         self.process.kill()
-        self.process.wait()
-        self._listener.join()
+        self.process.wait(10)
+        self._listener.join(10)
         assert self.process.stdout is not None
         self.process.stdout.close()
 
@@ -94,7 +96,7 @@ def controller() -> ControlLoop:
 
 
 def drive(arm: FrankaArm, loop: ControlLoop, wrench: str, *segments: MotionSegment) -> DriveLog:
-    drive = Drive(arm, loop, DriveConfig(supervisor=PATIENT, keep=20.0, wrench=wrench))
+    drive = Drive(arm, loop, DriveConfig(supervisor=PATIENT, keep=30.0, wrench=wrench))
     with real_time():
         before = scheduler()
         motion = DesiredMotion(loop.pose(drive.look().q), segments)
@@ -103,27 +105,45 @@ def drive(arm: FrankaArm, loop: ControlLoop, wrench: str, *segments: MotionSegme
     return log
 
 
-def test_it_moves_freely_and_then_presses_on_a_box_as_the_impedance_says(server):
-    loop = controller()
-    there, back = MotionSegment(2.0, [0.0, 0.1, 0.05]), MotionSegment(2.0, [0.0, -0.1, -0.05])
-    arm = FrankaArm(server.address)
-    free = drive(arm, loop, "none", there, back, MotionSegment(0.5))
-    assert free.failure is None
-    E, D = (free.values[f"motion_{frame}"][:, POSITION] for frame in "ED")
-    assert np.linalg.norm(E - D, axis=1).max() < 5e-3
-    assert np.linalg.norm(E - D, axis=1)[-200:].max() < 1e-3
-    assert arm.success_rate > 0.9
+def errors(log: DriveLog, A: str, B: str) -> np.ndarray:
+    """Returns the distance of two frames' origins at each tick [m]."""
+    motions = (log.values[f"motion_{frame}"][:, POSITION] for frame in (A, B))
+    return np.linalg.norm(np.subtract(*motions), axis=1)
 
-    down, rest = MotionSegment(5.0, [0.0, 0.0, -0.16]), MotionSegment(2.5)
-    pressed = drive(arm, loop, "observer", down, rest)
-    assert pressed.failure is None
-    E, C, D = (pressed.values[f"motion_{frame}"][:, POSITION] for frame in "ECD")
-    assert np.linalg.norm(E - C, axis=1).max() < 5e-3
-    # At rest: what MuJoCo's contact feels against the spring from C to D.
+
+def test_its_hand_follows_in_free_motion(server):
+    """While joints turn, the dry friction of MuJoCo's (0.2 to 1.1 Nm) keeps the hand back."""
+    arm = FrankaArm(server.address)
+    log = drive(arm, controller(), "none", MotionSegment(1.5, [0.0, 0.1, 0.05]), MotionSegment(0.5))
+    assert log.failure is None
+    assert errors(log, "E", "D").max() < 5e-3
+    assert errors(log, "E", "D")[-200:].max() < 1e-3
+
+
+def test_20_s_at_1_khz_in_free_motion_and_then_pressed_on_a_box(server):
+    """The observer takes friction for a push, to which C gives way; the hand keeps to C."""
+    arm, rest = FrankaArm(server.address), MotionSegment(2.0)
+    there, back = MotionSegment(2.0, [0.0, 0.1, 0.05]), MotionSegment(2.0, [0.0, -0.1, -0.05])
+    down = MotionSegment(6.0, [0.0, 0.0, -0.16])
+    log = drive(arm, controller(), "observer", there, back, rest, down, MotionSegment(8.0))
+    assert log.failure is None
+    assert 20_000 < log.ticks < 21_000
+    assert arm.success_rate >= (0.99 if is_on_time(log) else 0.8)
+    t = log.values["t"][:, 0] - log.values["t"][0, 0]
+    assert errors(log, "E", "C")[t < 6.0].max() < 1e-3
+    assert errors(log, "E", "C").max() < 5e-3
+    # At rest: what MuJoCo's contact feels against the spring from E to D.
+    E, D = (log.values[f"motion_{frame}"][:, POSITION] for frame in "ED")
     spring = STIFFNESS * (E - D)[-300, 2]
     felt = -np.median(server.forces[-8:-3])
     assert spring > 15.0
     assert abs(felt - spring) < 0.1 * spring
+
+
+def is_on_time(log: DriveLog) -> bool:
+    """Whether this machine has time for both ends: each has a core, and the ticks are short."""
+    has_cores = os.getloadavg()[0] <= (os.cpu_count() or 1)
+    return has_cores and bool(np.quantile(log.computing, 0.99) < 5e-4)
 
 
 def test_external_torques_are_those_that_act_on_the_joints():
