@@ -14,12 +14,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.control_loop import ControlLoop
-from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor, tool_load_beyond
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad
+from geoimp_drake.parts.wrist_sensor_config import ToolLoad
 from geoimp_drake.robots.drive import Drive
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
@@ -37,7 +38,9 @@ __all__ = ["ScenarioDrive", "payload_of", "simulated_robot"]
 _SAMPLES = 100
 
 
-def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") -> PlantArm:
+def simulated_robot(
+    scenario: SingleArmScenario, gravity: str = "controller", tool: ToolLoad | None = None
+) -> PlantArm:
     """Returns the plant of a scenario as a robot, at the scenario's start posture.
 
     Its wrist sensor gives the wrench, with the tool's inertial load removed as the plant moves.
@@ -45,6 +48,7 @@ def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") ->
     Args:
         scenario: its open fields are filled in.
         gravity: who holds the arm's weight.
+        tool: what the sensor takes for its load; all that is beyond it by default.
 
     Raises:
         ConfigurationError: the scenario's plant is to differ from its model.
@@ -58,7 +62,7 @@ def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") ->
     posture, X_WE = start_posture(model, scenario.start)
     plant.SetDefaultPositions(arm, model.in_plant_order(posture))
     config = replace(scenario.sensor, inertial_load="plant")
-    sensor = add_wrist_sensor(builder, plant, joint, E, config)
+    sensor = add_wrist_sensor(builder, plant, joint, E, config, tool)
     builder.ExportOutput(sensor.GetOutputPort("wrench"), "wrench")
     if scenario.external is not None:
         source = builder.AddNamedSystem(
@@ -69,7 +73,11 @@ def simulated_robot(scenario: SingleArmScenario, gravity: str = "controller") ->
 
 
 def payload_of(
-    scenario: SingleArmScenario, count: int, wait: Callable[[int], None]
+    scenario: SingleArmScenario,
+    count: int,
+    wait: Callable[[int], None],
+    *,
+    at_wrist: bool = False,
 ) -> tuple[IdentifiedLoad, tuple[str, ...]]:
     """Returns what hangs on the arm of a scenario beyond its robot's file, and the joints' names.
 
@@ -80,16 +88,18 @@ def payload_of(
         scenario: with a robot of its own.
         count: of postures.
         wait: returns when the robot rests in a posture, whose number it gets.
+        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
 
     Raises:
-        RobotError: the robot does not answer, moves, or reports no external torques.
+        RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
         ConfigurationError: the postures are too alike.
     """
     check(scenario)
     assert scenario.robot is not None
     alone = replace(scenario, surface=None, external=None)
     bare, plant = replace(alone, robot=replace(scenario.robot, payload=None)), MultibodyPlant(0.0)
-    E, _ = add_single_arm(plant, bare)
+    E, joint = add_single_arm(plant, bare)
+    tool = tool_load_beyond(plant, joint)
     model = ControlModel.of_arm(plant, plant.GetModelInstanceByName(scenario.arm), E)
     driver = scenario.robot.driver
     readings = []
@@ -97,16 +107,16 @@ def payload_of(
         first, _ = start_posture(model, scenario.start)
         for q in tare_postures(model, first, count):
             start = replace(scenario.start, posture=q.tolist())
-            robot: RobotArm = simulated_robot(replace(alone, start=start))
+            robot: RobotArm = simulated_robot(replace(alone, start=start), tool=tool)
             robot.connect()
-            readings.append(read_at_rest(robot, model, _SAMPLES))
+            readings.append(read_at_rest(robot, model, _SAMPLES, at_wrist=at_wrist))
     else:
         robot = driver.make(model.joint_names, lambda: simulated_robot(alone))
         for number in range(1, count + 1):
             wait(number)
             robot.connect()
-            readings.append(read_at_rest(robot, model, _SAMPLES))
-    return identify_payload(robot, model, readings), model.joint_names
+            readings.append(read_at_rest(robot, model, _SAMPLES, at_wrist=at_wrist))
+    return identify_payload(robot, model, readings, at_wrist=at_wrist), model.joint_names
 
 
 def _check_nominal(scenario: SingleArmScenario) -> None:

@@ -24,6 +24,8 @@ __all__ = ["drive_robot", "look_at_robot", "simulate_robot", "tare_robot"]
 
 _TICKS = "ticks.npz"
 
+_COMPONENTS = ("μ_x", "μ_y", "μ_z", "f_x", "f_y", "f_z")
+
 # What weighs less counts as nothing [kg].
 _NO_LOAD = 5e-3
 
@@ -90,21 +92,26 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
     server.run(scenario.length, in_step=in_step)
 
 
-def tare_robot(scenario: Any, postures: int) -> None:
+def tare_robot(scenario: Any, postures: int, *, at_wrist: bool) -> None:
     """Prints what hangs on the arm of a scenario beyond its robot's file.
 
     Args:
         scenario: with one arm.
         postures: how many; a real robot is moved to each by hand.
+        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
     """
     whole_number(postures, "--postures", 2, 100)
-    load, joints = payload_of(_single(scenario), postures, _wait_for_posture)
+    load, joints = payload_of(_single(scenario), postures, _wait_for_posture, at_wrist=at_wrist)
     print(
         f"mass {load.mass:.4f} kg, centre {np.round(1e3 * load.centre_of_mass, 2).tolist()} mm in E"
     )
-    biases = ", ".join(f"{joint} {b:.3f}" for joint, b in zip(joints, load.bias, strict=True))
-    print(f"bias of the joints [Nm, N]: {biases}")
-    print(f"condition {load.condition:.1f}, left over {load.left_over[0]:.2g} Nm")
+    names = _COMPONENTS if at_wrist else joints
+    biases = ", ".join(f"{name} {b:.3f}" for name, b in zip(names, load.bias, strict=True))
+    print(f"bias of the {'wrench in E' if at_wrist else 'joints'} [Nm, N]: {biases}")
+    left = " and ".join(
+        f"{value:.2g} {unit}" for value, unit in zip(load.left_over, ("Nm", "N"), strict=False)
+    )
+    print(f"condition {load.condition:.1f}, left over {left}")
     if load.mass > _NO_LOAD:
         centre = ", ".join(f"{x:.5f}" for x in load.centre_of_mass)
         print("for the scenario:")

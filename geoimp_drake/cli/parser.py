@@ -140,6 +140,9 @@ def _add_robot_commands(subparsers: Any) -> None:
     )
     tare.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
     tare.add_argument("--postures", type=int, default=8, metavar="N", help="how many (8)")
+    tare.add_argument(
+        "--wrist", action="store_true", help="use the wrench that the robot reports, not its joints"
+    )
     _add_overrides(tare)
     tare.set_defaults(command=robot_commands.tare)
 

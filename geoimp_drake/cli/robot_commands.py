@@ -51,5 +51,6 @@ def tare(options: argparse.Namespace) -> int:
 
     options.duration = None
     experiment = get_experiment(named_in(options.scenario))
-    tare_robot(scenario_of(experiment, options, None, None), options.postures)
+    scenario = scenario_of(experiment, options, None, None)
+    tare_robot(scenario, options.postures, at_wrist=options.wrist)
     return SUCCESS

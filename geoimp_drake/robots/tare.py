@@ -1,4 +1,4 @@
-"""What hangs on an arm that its model does not know, from what the joints feel at rest."""
+"""What hangs on an arm that its model does not know, from what joints or wrist feel at rest."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,11 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.robot_joints import RobotJoints
-from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad, identify_load_from_joints
+from geoimp_drake.laws.sensing.load_identification import (
+    IdentifiedLoad,
+    identify_load,
+    identify_load_from_joints,
+)
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.typing import Array
 
@@ -16,29 +20,36 @@ __all__ = ["TareReading", "identify_payload", "read_at_rest", "tare_postures"]
 # Joints that move faster are not at rest [rad/s, m/s].
 _AT_REST = 0.02
 
+# Statuses that are not counted: sensors and filters begin somewhere.
+_SETTLING = 50
+
 # How far from the first posture the others are [rad, m], and how near to a limit (share of range).
 _SPREAD, _MARGIN = 1.0, 0.05
 
-TareReading = tuple[Array, Array]  # q and τ_ext, each (n) in the robot's order
+# q (n), and τ_ext (n) in the robot's order, or h at E in W (6).
+TareReading = tuple[Array, Array]
 
 
-def read_at_rest(robot: RobotArm, model: ControlModel, samples: int) -> TareReading:
+def read_at_rest(
+    robot: RobotArm, model: ControlModel, samples: int, *, at_wrist: bool = False
+) -> TareReading:
     """Returns positions and external torques of a connected robot, means of some statuses.
 
     They are what the robot estimates itself; or, if the controller holds the weight, what the
-    joints exert beyond the weight of the model.
+    joints exert beyond the weight of the model. At the wrist it is the wrench that is reported.
 
     Args:
         robot: connected; nothing is commanded.
         model: the arm without what is looked for, with its weight.
         samples: how many statuses.
+        at_wrist: reads the wrench in the place of the torques.
 
     Raises:
-        RobotError: the robot does not answer, moves, or reports no external torques.
+        RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
     """
-    q, tau = [], []
+    q, felt = [], []
     joints = RobotJoints(model, robot.joints)
-    for _ in range(samples):
+    for _ in range(_SETTLING + samples):
         status = robot.read()
         if status is None:
             raise RobotError(f"{robot.name} does not answer; its status is needed at rest.")
@@ -47,26 +58,33 @@ def read_at_rest(robot: RobotArm, model: ControlModel, samples: int) -> TareRead
                 f"{robot.name} moves at {speed:.3g} rad/s; let it rest (at most {_AT_REST:g})."
             )
         q.append(status.q)
-        tau.append(_external(robot, status, joints, model))
-    return np.mean(q, axis=0), np.mean(tau, axis=0)
+        felt.append(_wrench(robot, status) if at_wrist else _external(robot, status, joints, model))
+    return np.mean(q[_SETTLING:], axis=0), np.mean(felt[_SETTLING:], axis=0)
 
 
 def identify_payload(
-    robot: RobotArm, model: ControlModel, readings: Iterable[TareReading]
+    robot: RobotArm,
+    model: ControlModel,
+    readings: Iterable[TareReading],
+    *,
+    at_wrist: bool = False,
 ) -> IdentifiedLoad:
     """Returns what hangs on E beyond the model, and a bias of each joint from base to hand.
+
+    From readings at the wrist the bias is that of the wrench, in E.
 
     Args:
         robot: whose joints they are.
         model: the arm without what is looked for.
         readings: of `read_at_rest`, in 6 to 10 postures that differ by 1 rad.
+        at_wrist: whether they are wrenches.
 
     Raises:
         ConfigurationError: the postures are too alike; the message has the condition number.
     """
     joints, E, W = RobotJoints(model, robot.joints), model.end_effector, model.world
     context = model.plant.CreateDefaultContext()
-    torques, jacobians, attitudes = [], [], []
+    felt, jacobians, attitudes = [], [], []
     for q, external in readings:
         model.plant.SetPositions(context, joints.from_base(q))
         jacobians.append(
@@ -75,9 +93,14 @@ def identify_payload(
             )
         )
         attitudes.append(E.CalcPoseInWorld(context).rotation().matrix())
-        torques.append(joints.from_base(external))
+        if at_wrist:
+            felt.append((external.reshape(2, 3) @ attitudes[-1]).ravel())
+        else:
+            felt.append(joints.from_base(external))
     gravity = model.plant.gravity_field().gravity_vector()
-    return identify_load_from_joints(torques, jacobians, attitudes, gravity)
+    if at_wrist:
+        return identify_load(felt, attitudes, gravity)
+    return identify_load_from_joints(felt, jacobians, attitudes, gravity)
 
 
 def tare_postures(model: ControlModel, first: Array, count: int) -> list[Array]:
@@ -99,6 +122,12 @@ def tare_postures(model: ControlModel, first: Array, count: int) -> list[Array]:
     ]
 
 
+def _wrench(robot: RobotArm, status: RobotStatus) -> Array:
+    if status.wrench is None:
+        raise RobotError(f"{robot.name} reports no wrench; leave --wrist out to use its joints.")
+    return status.wrench
+
+
 def _external(
     robot: RobotArm, status: RobotStatus, joints: RobotJoints, model: ControlModel
 ) -> Array:
@@ -107,7 +136,7 @@ def _external(
     if robot.gravity == "robot":
         raise RobotError(
             f"{robot.name} reports no external torques and holds the weight itself; a load cannot "
-            f"be seen at its joints. Use a wrist sensor and identify_load."
+            f"be seen at its joints. Use a wrist sensor, with --wrist."
         )
     context = model.plant.CreateDefaultContext()
     model.plant.SetPositions(context, joints.from_base(status.q))

@@ -40,11 +40,11 @@ def test_noise_and_biases_of_the_joints_leave_little(monkeypatch):
     random, bias = np.random.default_rng(3), np.array([0.4, -0.6, 0.2, 0.5, -0.1, 0.2, 0.1])
     true = driven_arm.simulated_robot
 
-    def noisy(own):
+    def noisy(own, **options):
         def disturb(_, status):
             return replace(status, torque=status.torque - bias + 0.05 * random.normal(size=7))
 
-        return Between(true(own), disturb)
+        return Between(true(own, **options), disturb)
 
     monkeypatch.setattr(driven_arm, "simulated_robot", noisy)
     found, _ = payload_of(scenario(), 10, lambda _: None)
@@ -53,6 +53,20 @@ def test_noise_and_biases_of_the_joints_leave_little(monkeypatch):
     assert np.linalg.norm(moment) * 9.81 <= 5e-3
     np.testing.assert_allclose(found.bias, bias, rtol=0, atol=0.02)
     assert found.condition < 6.0
+
+
+@pytest.mark.parametrize("payload", [True, False])
+def test_a_wrist_sensor_finds_the_payload_and_its_own_bias(payload):
+    """With noise, and with an attitude that is 0.1° off: what is left over is felt at the hand."""
+    own, b = scenario(payload), np.array([0.1, -0.2, 0.05, 2.0, -1.5, 0.7])
+    own.sensor.bias = b
+    own.sensor.force_noise, own.sensor.moment_noise = 0.03, 2.5e-3
+    found, _ = payload_of(own, 8, lambda _: None, at_wrist=True)
+    mass = MASS if payload else 0.0
+    assert abs(found.mass - mass) * 9.81 <= 0.05
+    assert np.linalg.norm(found.mass * found.centre_of_mass - mass * CENTRE) * 9.81 <= 5e-3
+    assert np.linalg.norm(found.bias[3:] - b[3:]) <= 0.05
+    assert np.linalg.norm(found.bias[:3]) > 0.1
 
 
 @pytest.fixture
@@ -70,9 +84,11 @@ start: {{position: null}}
     return path
 
 
-def test_the_command_prints_lines_for_the_scenario(file, capsys):
-    assert main(["tare", str(file)]) == 0
+@pytest.mark.parametrize("options", [[], ["--wrist"]])
+def test_the_command_prints_lines_for_the_scenario(options, file, capsys):
+    assert main(["tare", str(file), *options]) == 0
     printed = capsys.readouterr().out
+    assert ("bias of the wrench in E" in printed) == bool(options)
     assert "payload: { mass: 0.5000, centre_of_mass: [0.01000, -0.02000, 0.06000] }" in printed
     assert re.search(r"condition \d", printed)
 
@@ -103,10 +119,10 @@ def test_postures_that_are_too_alike_are_refused(monkeypatch):
 
 def test_a_robot_that_moves_or_feels_nothing_is_refused(monkeypatch):
     true = driven_arm.simulated_robot
-    moving = lambda own: Between(true(own), lambda _, s: replace(s, v=s.v + 0.1))  # noqa: E731
+    moving = lambda own, **_: Between(true(own), lambda _, s: replace(s, v=s.v + 0.1))  # noqa: E731
     monkeypatch.setattr(driven_arm, "simulated_robot", moving)
     with pytest.raises(RobotError, match=r"moves at 0.1"):
         payload_of(scenario(), 6, lambda _: None)
-    monkeypatch.setattr(driven_arm, "simulated_robot", lambda own: true(own, gravity="robot"))
+    monkeypatch.setattr(driven_arm, "simulated_robot", lambda own, **_: true(own, gravity="robot"))
     with pytest.raises(RobotError, match="no external torques"):
         payload_of(scenario(), 6, lambda _: None)
