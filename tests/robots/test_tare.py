@@ -57,7 +57,7 @@ def test_noise_and_biases_of_the_joints_leave_little(monkeypatch):
 
 @pytest.mark.parametrize("payload", [True, False])
 def test_a_wrist_sensor_finds_the_payload_and_its_own_bias(payload):
-    """With noise, and with an attitude that is 0.1° off: what is left over is felt at the hand."""
+    """With the noise of a sensor."""
     own, b = scenario(payload), np.array([0.1, -0.2, 0.05, 2.0, -1.5, 0.7])
     own.sensor.bias = b
     own.sensor.force_noise, own.sensor.moment_noise = 0.03, 2.5e-3
