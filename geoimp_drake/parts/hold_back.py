@@ -32,7 +32,8 @@ class HoldBack:
 
     def acts(self, memory: Array, slack: Array) -> bool:
         """Whether there is something to be kept."""
-        return bool(slack.any() or memory[self.memory.slack].any())
+        is_new = slack is not NO_SLACK and slack.any()
+        return bool(is_new or memory[self.memory.slack].any())
 
     def keep(
         self, memory: Array, slack: Array, velocity: Array, M: Array, gained: float, time: float

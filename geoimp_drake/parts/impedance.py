@@ -215,7 +215,8 @@ class Impedance:
         state[:] = motion[:FRAME_STATE_SIZE]
         if self._back.acts(memory[self.memory.held], slack):
             self._hold(memory, now, motion, slack)
-        self.remember(memory, now, motion, memory[self._slack])
+            slack = memory[self._slack]
+        self.remember(memory, now, motion, slack)
 
     def remember(self, memory: Array, now: Now, motion: Array, slack: Array) -> None:
         """Keeps the motion of C in the memory; warns once if its family comes to its end.
@@ -227,7 +228,8 @@ class Impedance:
             slack: what is added to its acceleration (6,).
         """
         memory[self.memory.last] = motion
-        memory[self._last_acceleration] += slack
+        if slack is not NO_SLACK:
+            memory[self._last_acceleration] += slack
         if self._has_conditioning and not memory[self.memory.reported]:
             self._watch_conditioning(memory, now, motion[QUATERNION])
 

@@ -9,7 +9,7 @@ from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.joint_limits import SLACK
+from geoimp_drake.parts.joint_limits import slack_of
 from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.within import Within
@@ -148,7 +148,7 @@ class ImpedanceController:
         found = self._resolved(now)
         *_, bound, limited = found.reports
         place = memory[self.memory.impedance]
-        self._impedance.keep(place, state, now, found.motion, limited[SLACK])
+        self._impedance.keep(place, state, now, found.motion, slack_of(limited))
         self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:

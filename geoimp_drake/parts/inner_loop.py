@@ -21,7 +21,7 @@ from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
-from geoimp_drake.parts.joint_limits import JointLimits, Limited
+from geoimp_drake.parts.joint_limits import UNLIMITED, JointLimits
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
@@ -87,7 +87,7 @@ class InnerLoop:
         self.limited = nested(self.memory.limits, limits.memory.limited)
         self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
-        self.limits, self._unlimited = limits, np.zeros(len(Limited.get_fields()))
+        self.limits = limits
         self._law: Callable[..., int] = compiled(
             redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
         )
@@ -259,7 +259,7 @@ class InnerLoop:
             raise
         if outcome == UNUSABLE:
             self._check(now, *signals[:3])
-        return self._constrain(signals, terms) if outcome == BOUND else self._unlimited
+        return self._constrain(signals, terms) if outcome == BOUND else UNLIMITED
 
     def _constrain(self, signals: tuple[Array, ...], terms: tuple) -> Array:
         """Writes torques within the limits; returns `Limited`."""

@@ -15,12 +15,13 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
     smallest_singular_value,
 )
+from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.part import Memory
 from geoimp_drake.parts.quadratic_program import minimum
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import key, non_negative, positive
 
-__all__ = ["SLACK", "JointLimits", "Limited", "LimitsConfig"]
+__all__ = ["SLACK", "UNLIMITED", "JointLimits", "Limited", "LimitsConfig", "slack_of"]
 
 _log = logging.getLogger("drake")
 
@@ -51,6 +52,10 @@ Limited = namedview("Limited", _FIELDS)
 
 # Of a `Limited`: the slack, [angular; linear].
 SLACK = slice(4, 10)
+
+# While no limit acts; known by its identity, since a tick has no time to look at its entries.
+UNLIMITED = np.zeros(10)
+UNLIMITED.flags.writeable = False
 
 
 @dataclass
@@ -147,6 +152,8 @@ class JointLimits:
             time: [s].
         """
         memory[self.memory.limited] = limited
+        if limited is UNLIMITED:
+            return
         warned = memory[self.memory.warned]
         for k in np.flatnonzero((limited[: len(_KINDS)] > 0) & (warned == 0)):
             warned[k] = 1.0
@@ -191,3 +198,8 @@ def _kept(model: ControlModel, config: LimitsConfig) -> Array:
             config.effort * efforts,
         ]
     )
+
+
+def slack_of(limited: Array) -> Array:
+    """Returns the slack (6,) of `Limited` (10,)."""
+    return NO_SLACK if limited is UNLIMITED else limited[SLACK]

@@ -10,7 +10,7 @@ from geoimp_drake.laws.compositions.object_control import HANDS
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.held_object import FoundObject, HeldObject
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.joint_limits import SLACK
+from geoimp_drake.parts.joint_limits import slack_of
 from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST
 from geoimp_drake.parts.within import Within
@@ -140,7 +140,7 @@ class TwoArms:
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts the object, or normalizes its quaternions; compares torques with the limits."""
         resolved = [self._resolved(k, now) for k in _ARMS]
-        hands = resolved[0][-1][SLACK], resolved[1][-1][SLACK]
+        hands = slack_of(resolved[0][-1]), slack_of(resolved[1][-1])
         slacks = self._object.slacks(now, now.found.memory[self.memory.measured_1], hands)
         self._object.keep(memory[self.memory.object], state, now, slacks)
         for (loop, arm, _), of_arm in zip(self._each, resolved, strict=True):
