@@ -114,6 +114,7 @@ def make_impedance_controller(
     sensors = None
     if sensor is not None:
         check_sensor(sensor, end_effector_frame, config.impedance, config.motion, config.sampling)
+        config.check_inertial_load(sensor.config.inertial_load)
         sensors = WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
     if config.form == "compiled":
         controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))

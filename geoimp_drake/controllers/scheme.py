@@ -62,6 +62,15 @@ class SchemeConfig:
             return NaturalImpedance(impedance.make(), self.damping_ratio or 1.0)
         return DirectImpedance(impedance.make(_REMEDY))
 
+    def check_inertial_load(self, inertial_load: str) -> None:
+        """Raises ConfigurationError if a sensor's tool load cannot be removed that way."""
+        if self.is_natural and inertial_load == "reference":
+            raise ConfigurationError(
+                "sensor.inertial_load is 'reference'; with inertia: natural that is the "
+                "acceleration which E would have without a wrench, and what is removed for it in "
+                "contact falsifies the reading. Give sensor.inertial_load: plant."
+            )
+
     def check_scheme(self, name: str, impedance: _Impedance) -> None:
         """Raises ConfigurationError if the words do not go together, or with the impedance.
 

@@ -9,10 +9,14 @@ from arms import make_arm_plant
 from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.wrist_sensor import wrist_sensor_at
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import ACCELERATION, POSITION, QUATERNION
 from geoimp_drake.laws.impedance import quaternion_impedance
 from geoimp_drake.laws.impedance.coupled_stiffness import stiffness_matrix
 from geoimp_drake.laws.impedance.natural_inertia import damping_acceleration
+from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.rotations import quaternion
 
 K_p, K_o = np.diag([400.0, 900.0, 1500.0]), np.diag([4.0, 10.0, 2.5])
@@ -112,3 +116,15 @@ def test_the_springs_do_no_work_round_a_closed_loop_of_orientations():
     step = 2.0 * np.pi / 2000
     assert abs(np.sum(spring)) <= 1e-6 * np.sum(np.abs(spring))
     assert abs(np.sum(contrast) * step) > 0.05
+
+
+def test_a_tools_load_is_not_removed_for_an_acceleration_that_a_contact_takes_away():
+    rig = make_arm_plant()
+    config = ImpedanceControllerConfig(scheme="direct", inertia="natural")
+    for load in ("plant", "reference"):
+        sensor = wrist_sensor_at(rig.plant, rig.wrist, rig.E, WristSensorConfig(inertial_load=load))
+        if load == "plant":
+            make_impedance_controller(rig.plant, rig.arm, rig.E, config, sensor=sensor)
+            continue
+        with pytest.raises(ConfigurationError, match=r"inertial_load is 'reference'.*plant"):
+            make_impedance_controller(rig.plant, rig.arm, rig.E, config, sensor=sensor)
