@@ -12,10 +12,7 @@ from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import wrist_sensor_at
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.frame_motion import ACCELERATION, POSITION, QUATERNION
-from geoimp_drake.laws.impedance import quaternion_impedance
-from geoimp_drake.laws.impedance.coupled_stiffness import stiffness_matrix
-from geoimp_drake.laws.impedance.natural_inertia import damping_acceleration
+from geoimp_drake.laws.frame_motion import ACCELERATION, POSITION, QUATERNION, VELOCITY
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.rotations import quaternion
 
@@ -24,9 +21,15 @@ K_c = np.array([[0.0, 8.0, -3.0], [5.0, 0.0, 2.0], [-6.0, 1.0, 0.0]])
 SMALL = 1e-5  # of a displacement [rad, m]
 
 
-def loop_of(joints: int, inertia: str | None, coupling: np.ndarray | None = None) -> ControlLoop:
+def loop_of(
+    joints: int,
+    inertia: str | None,
+    coupling: np.ndarray | None = None,
+    zeta: float | None = None,
+) -> ControlLoop:
     rig = make_arm_plant(joints=joints)
     config = ImpedanceControllerConfig(scheme="direct", inertia=inertia, limits=None)
+    config.damping_ratio = zeta
     config.impedance.translation.stiffness, config.impedance.rotation.stiffness = K_p, K_o
     config.impedance.coupling = coupling
     return ControlLoop(rig.plant, rig.arm, rig.E, config)
@@ -49,12 +52,6 @@ def at(arm: ArmState) -> np.ndarray:
     D = np.zeros(19)
     D[QUATERNION], D[POSITION] = arm.Q_WE, arm.p_WE
     return D
-
-
-def elastic(D: np.ndarray, arm: ArmState) -> np.ndarray:
-    """Returns the wrench of the springs at E [moment; force], for a small displacement exactly."""
-    moment = quaternion_impedance.elastic_moment_W(D[QUATERNION], arm.Q_WE, K_o)
-    return np.concatenate((moment, K_p @ (D[POSITION] - arm.p_WE)))
 
 
 @pytest.mark.parametrize("joints", [6, 7])
@@ -82,14 +79,28 @@ def _small_rotation(angles: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("coupling", [None, K_c], ids=["block", "coupled"])
 @pytest.mark.parametrize("zeta", [0.4, 1.0])
 def test_every_mode_has_the_damping_ratio_that_was_asked_for(zeta, coupling):
-    loop = loop_of(7, "natural")
-    K = stiffness_matrix(K_p, K_o, np.zeros((3, 3)) if coupling is None else coupling)
-    L = np.linalg.cholesky(K)
+    """Poles of what the controller asks for where D is displaced a little, or moves."""
+    loop = loop_of(7, "natural", coupling, zeta)
     for arm in postures(loop, 100):
-        G = arm.Jv_V_WE @ np.linalg.solve(arm.B, arm.Jv_V_WE.T)
-        damping = np.column_stack([damping_acceleration(G, L, zeta, e) for e in np.eye(6)])
-        poles = np.linalg.eigvals(np.block([[np.zeros((6, 6)), np.eye(6)], [-G @ K, -damping]]))
+        poles = np.linalg.eigvals(
+            np.block([[np.zeros((6, 6)), np.eye(6)], [-x for x in asked(loop, arm)]])
+        )
         np.testing.assert_allclose(-poles.real / np.abs(poles), zeta, rtol=0, atol=0.05)
+
+
+def asked(loop: ControlLoop, arm: ArmState) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the acceleration of E that a displacement, and a velocity, of D asks for (6, 6)."""
+    columns: tuple[list, list] = [], []
+    for step in SMALL * np.eye(6):
+        D = at(arm)
+        D[QUATERNION] = quaternion.from_rotation(_small_rotation(step[:3]) @ arm.R_WE)
+        D[POSITION] += step[3:]
+        moving = at(arm)
+        moving[VELOCITY] = step
+        for column, desired in zip(columns, (D, moving), strict=True):
+            loop.reset(arm.q, arm.v, None, desired)
+            column.append(loop.output("compliant_motion")[ACCELERATION] / SMALL)
+    return np.column_stack(columns[0]), np.column_stack(columns[1])
 
 
 def test_the_springs_do_no_work_round_a_closed_loop_of_orientations():
