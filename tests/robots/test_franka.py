@@ -45,21 +45,24 @@ class Server:
             [sys.executable, str(SERVER)], stdout=subprocess.PIPE, text=True
         )
         self.forces: list[float] = []
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            if line.startswith("ready"):
-                self.address = line.split()[1]
-                break
-        else:
-            raise RuntimeError(f"franky-sim ended with {self.process.wait(10)} before it was ready")
+        self.address, self._is_heard = "", threading.Event()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
+        self._is_heard.wait(60)
+        if not self.address:
+            self.end()
+            raise RuntimeError("franky-sim is not ready within 60 s, or has ended before")
 
     def _listen(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            if line.startswith("force"):
-                self.forces.append(float(line.split()[1]))
+            word, *values = line.split()
+            if word == "ready":
+                self.address = values[0]
+                self._is_heard.set()
+            elif word == "force":
+                self.forces.append(float(values[0]))
+        self._is_heard.set()  # it has ended
 
     def end(self) -> None:
         self.process.kill()
