@@ -5,7 +5,6 @@ fills them field by field; whoever uses one calls `validation.check` first.
 """
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
@@ -57,7 +56,6 @@ class _Gains:
     damping: Array
     stiffness: Array
     principal_axes: Array | None
-    _UNUSED: ClassVar[dict[str, float]]  # defaults of what natural inertia does not use
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -73,9 +71,10 @@ class _Gains:
 
     def check_without_inertia(self, name: str) -> None:
         """Raises ConfigurationError if a mass or a damping is given, for natural inertia."""
-        for gain, default in self._UNUSED.items():
+        default = type(self)()
+        for gain in ("mass", "damping"):
             value = np.asarray(getattr(self, gain))
-            if value.ndim or value != default:
+            if value.ndim or value != getattr(default, gain):
                 raise ConfigurationError(
                     f"{key(name, gain)} is {value.tolist()}, which natural inertia does not use: "
                     f"its mass is the arm's own, and its damping follows from damping_ratio. Leave "
@@ -107,8 +106,6 @@ class TranslationGains(_Gains):
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
     axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
 
-    _UNUSED: ClassVar[dict[str, float]] = {"mass": 9.0, "damping": 2000.0}
-
 
 @dataclass
 class RotationGains(_Gains):
@@ -119,8 +116,6 @@ class RotationGains(_Gains):
     stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
     principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
     stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
-
-    _UNUSED: ClassVar[dict[str, float]] = {"mass": 0.4, "damping": 5.0}
 
 
 @dataclass

@@ -8,7 +8,7 @@ __all__ = ["NaturalImpedance"]
 
 
 class NaturalImpedance(PartSystem):
-    """Makes E a spring and a damper about D, with the inertia that the arm itself has at E.
+    """(3.1 natural) Makes E a spring and a damper about D, with the arm's own inertia at E.
 
         Λ(q)Δv̇ + D(q)Δv + K(Δ) = h,   Λ⁻¹ = J B⁻¹ Jᵀ,   Δ = "D minus E"
 

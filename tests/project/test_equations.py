@@ -12,7 +12,7 @@ from library_tree import MODULES, ROOT, parsed
 
 TEXT = (ROOT / "EQUATIONS.md").read_text(encoding="utf-8")
 TABLES, _, LISTS = TEXT.partition("\n## The others\n")
-NUMBER = r"\(\d\.\d+(?: (?:coupled|trace))?\)|\(L\.\d\)|Table \d\.\d+"
+NUMBER = r"\(\d\.\d+(?: (?:coupled|natural|trace))?\)|\(L\.\d\)|Table \d\.\d+"
 
 # Every equation of the chapter, those that have a name instead of a number of their own, and the
 # library's own about limits.
@@ -23,6 +23,7 @@ CHAPTER = [
         for k in range(1, last + 1)
     ),
     "Table 2.1",
+    "(3.1 natural)",
     "(3.29 trace)",
     "(3.31 coupled)",
     *(f"(L.{k})" for k in range(1, 4)),

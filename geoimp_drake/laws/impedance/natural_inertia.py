@@ -71,7 +71,7 @@ def damping_acceleration(G: Array, L: Array, zeta: float, dV: Array) -> Array:
 def natural_motion(
     elastic_moment: Callable[..., Array], moment_axes: Callable[..., Array]
 ) -> Callable[..., bool]:
-    """Returns the law for an orientation family.
+    """Returns the law (3.1 natural) for an orientation family.
 
     Args:
         elastic_moment: the family's `elastic_law`, see `orientation_impedance`.
