@@ -47,10 +47,11 @@ def drive_robot(
     with nullcontext() if is_simulated else real_time():
         drive = ScenarioDrive(scenario)
         log = drive.run()
+    # First of all: what fails after this cannot take it away.
+    ticks = write_files(out, [(_TICKS, as_npz(log.values))])
     rows = drive.log(log)
     replay = _replay(experiment, scenario, rows) if html else None
     result = write_run(experiment, scenario, rows, log.failure, out, figures, replay)
-    ticks = write_files(out, [(_TICKS, as_npz(log.values))])
     computing = f"{1e6 * np.median(log.computing):.0f} µs in the median"
     said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {computing}"
     return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], log.failure

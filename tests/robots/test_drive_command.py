@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from driven_arm import LIGHT
 
-from geoimp_drake.cli import main
+from geoimp_drake.cli import driving, main
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import POSITION
 
 SCENARIO = f"""
@@ -41,6 +42,15 @@ def test_a_drive_leaves_the_files_of_a_run_and_its_last_ticks(scenario, capsys):
     replay = (out / "replay.html").read_text("utf-8")
     assert "<script" in replay
     assert len(replay) > 1_000_000  # with the poses that the arm has gone through
+
+
+def test_an_error_in_what_follows_leaves_the_last_ticks(scenario, monkeypatch):
+    def fail(*_):
+        raise ConfigurationError("no replay")
+
+    monkeypatch.setattr(driving, "replay_log", fail)
+    assert main(["drive", "mine.yaml", "--html", "--no-figures"]) == 2
+    assert [file.name for file in (scenario.parent / "results" / "mine").iterdir()] == ["ticks.npz"]
 
 
 def test_a_dry_run_says_what_it_would_send_and_writes_nothing(scenario, capsys):
