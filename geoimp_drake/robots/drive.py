@@ -47,9 +47,8 @@ class _Motion(Protocol):
 class DriveConfig:
     """How an arm is driven."""
 
-    wrench: str | None = (
-        None  # at E: observer, robot, as it reports it, or none; null for the first
-    )
+    # At E: observer, robot, as it reports it, or none; null for the first.
+    wrench: str | None = None
     observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
     keep: float = 10.0  # time whose every tick is kept in the log [s]
@@ -89,20 +88,22 @@ class Drive:
         if config.wrench in (None, "observer"):
             observer = MomentumObserver(loop.model, config.observer, robot.period)
             self._observer = PartLoop(observer, f"{robot.name} observer")
+        self._is_judged = self._observer is None or not robot.real_time
         self._external_wrench = compiled(external_wrench)
         self._chain = ChainDynamics(loop.model).chain
 
     def look(self) -> RobotStatus:
         """Connects; returns a status, and commands nothing.
 
-        If torques that act a tick late would make the arm unstable here, a warning says so.
+        If torques that act a tick late would make the arm unstable here, a warning says so once.
 
         Raises:
             RobotError: the robot does not answer, or is not of this arm.
         """
         loop = self._loop
         status = _check_status(self._robot.connect(), self._robot, loop)
-        if self._observer is not None and self._robot.real_time:
+        if not self._is_judged:
+            self._is_judged = True
             q = loop.joints.from_base(status.q)
             warn_of_late_torque(loop.model, q, loop.config, self._config.observer)
         return status
