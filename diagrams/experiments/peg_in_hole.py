@@ -3,19 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from geoimp_drake.diagrams.experiments.measures import (
-    Log,
-    spring_force,
-)
+from geoimp_drake.diagrams.experiments.measures import Log, spring_force
 from geoimp_drake.diagrams.scene.insertion import insertion
 from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
-from geoimp_drake.simulation.claims import (
-    Claim,
-    at_least,
-    at_most,
-    last_second,
-    within,
-)
+from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second, within
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.frame_motion import pose_of
 from geoimp_drake.typing import Array

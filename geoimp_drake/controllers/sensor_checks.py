@@ -7,6 +7,7 @@ from pydrake.multibody.tree import Frame
 
 from geoimp_drake.controllers.config import ImpedanceConfig, MotionConfig, SamplingConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
+from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.typing import Array
@@ -140,13 +141,13 @@ def linear_gains(
         hands: how many carry what has this impedance.
     """
     # D is at E when the loop begins, and so are translation gains in its axes.
-    turned = impedance.translation.axes == "desired"
+    in_axes_of_D = impedance.translation.axes == "desired"
     frames = [
         R_WE if in_desired else np.eye(3)
-        for in_desired in (turned, turned, impedance.stiffness_is_in_desired())
+        for in_desired in (in_axes_of_D, in_axes_of_D, impedance.stiffness_is_in_desired())
     ]
     mass, damping, stiffness = (
-        _block_diagonal(R_WE @ rotation @ R_WE.T, R_WD @ translation @ R_WD.T) / hands
+        _block_diagonal(turned(rotation, R_WE), turned(translation, R_WD)) / hands
         for rotation, translation, R_WD in zip(
             impedance.gains("rotation"), impedance.gains("translation"), frames, strict=True
         )

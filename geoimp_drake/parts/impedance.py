@@ -44,6 +44,7 @@ _log = logging.getLogger("drake")
 _ILL_CONDITIONED = 10.0
 
 _UNSCALED = np.ones(2)
+
 # What to do if the motion diverges.
 _REMEDY = (
     "The integration step must stay well below M/D; shorten the simulator's max_step_size, or "
@@ -260,7 +261,7 @@ class Impedance:
     def _mass(self, C: Array, D: Array) -> Array:
         """Returns the mass matrix in W (6, 6): M_o turned with C (19,), M_p with D if given so."""
         R_WC, M = quaternion.to_rotation(C[QUATERNION]), np.zeros((6, 6))
-        M[:3, :3], M[3:, 3:] = R_WC @ self.rotation.M_o @ R_WC.T, self._M_p
+        M[:3, :3], M[3:, 3:] = turned(self.rotation.M_o, R_WC), self._M_p
         if self._in_desired:
             M[3:, 3:] = turned(self._M_p, quaternion.to_rotation(D[QUATERNION]))
         return M

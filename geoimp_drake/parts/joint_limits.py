@@ -10,6 +10,7 @@ from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.limits.constrained_acceleration import constrained_acceleration
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
@@ -163,7 +164,7 @@ class JointLimits:
     def _weight(self, arm: ArmState) -> Array:
         """Returns the mass matrix in W (6, 6): M_o turns with C, where E is."""
         W = np.zeros((6, 6))
-        W[:3, :3] = arm.R_WE @ self._masses[0] @ arm.R_WE.T
+        W[:3, :3] = turned(self._masses[0], arm.R_WE)
         W[3:, 3:] = self._masses[1]
         return W
 

@@ -5,10 +5,7 @@ import numpy as np
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import SignalError
-from geoimp_drake.laws.frame_motion import (
-    FRAME_MOTION_SIZE,
-    VELOCITY,
-)
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, VELOCITY
 from geoimp_drake.laws.impedance.coupled_stiffness import stiffness_matrix
 from geoimp_drake.laws.impedance.natural_inertia import mobility, natural_motion
 from geoimp_drake.parts.hold_back import NO_SLACK

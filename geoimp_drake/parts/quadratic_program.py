@@ -2,6 +2,7 @@
 
 import importlib.util
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -52,6 +53,7 @@ def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) ->
     return _solver()(B, -B @ inside, B, free, np.concatenate((np.full(n, _INFINITE), upper[n:])))
 
 
+@cache  # a package that is missing is searched for everywhere, which no tick has time for
 def _solver() -> Callable[..., Array | None]:
     return _by_daqp if importlib.util.find_spec("daqp") else _by_clarabel
 

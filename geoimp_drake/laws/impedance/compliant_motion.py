@@ -102,10 +102,11 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         if parts[2]:
             K_c = sized(coupling, 3, 3)
             moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, K_c)
-        elif parts[3]:
-            K_p = turned(K_p, to_rotation(Q_WD))
         if parts[3]:
-            M_inv, D_p = turned(M_inv, to_rotation(Q_WD)), turned(D_p, to_rotation(Q_WD))
+            R_WD = to_rotation(Q_WD)
+            M_inv, D_p = turned(M_inv, R_WD), turned(D_p, R_WD)
+            if not parts[2]:
+                K_p = turned(K_p, R_WD)
         if parts[1]:
             motion[QUATERNION] = Q_WC
             motion[ANGULAR_VELOCITY] = C[ANGULAR_VELOCITY]
