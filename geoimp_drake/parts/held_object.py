@@ -25,6 +25,7 @@ from geoimp_drake.laws.frame_motion import (
 )
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
+from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.object_load import LoadArguments
@@ -37,6 +38,9 @@ from geoimp_drake.typing import Array
 __all__ = ["FoundObject", "HeldObject"]
 
 _NO_WRENCH = np.zeros(6)
+
+_Slacks = tuple[Array, Array]
+_NO_SLACKS: _Slacks = NO_SLACK, NO_SLACK
 
 
 class FoundObject:
@@ -228,29 +232,30 @@ class HeldObject:
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, mutual pose and grasp, or keeps their normalized quaternions."""
-        self.keep(memory, state, now, np.zeros((2, 6)))
+        self.keep(memory, state, now, _NO_SLACKS)
 
-    def slacks(self, now: Now, first: Array, hands: tuple[Array, Array]) -> Array:
-        """Returns what the limits of both arms leave undone of C and of the mutual pose (2, 6).
+    def slacks(self, now: Now, first: Array, hands: _Slacks) -> _Slacks:
+        """Returns what the limits of both arms leave undone of C and of the mutual pose (6).
 
         Args:
             now: has what was found.
             first: measured motion of the first hand (19).
             hands: the same of both hands (6).
         """
+        if hands[0] is NO_SLACK and hands[1] is NO_SLACK:
+            return _NO_SLACKS
         slacks = np.zeros((2, 6))
-        if hands[0].any() or hands[1].any():
-            self._slack_law(first[QUATERNION], now.found.motions[:2], *hands, slacks)
-        return slacks
+        self._slack_law(first[QUATERNION], now.found.motions[:2], *hands, slacks)
+        return slacks[0], slacks[1]
 
-    def keep(self, memory: Array, state: Array, now: Now, slacks: Array) -> None:
+    def keep(self, memory: Array, state: Array, now: Now, slacks: _Slacks) -> None:
         """Does what `begin` does, and keeps by what C and the mutual pose are held back.
 
         Args:
             memory: of this part, moved on.
             state: of this part, moved on.
             now: the inputs.
-            slacks: see there (2, 6).
+            slacks: of C and of the mutual pose, see there (6).
         """
         found: FoundObject = now.found
         C, hands = found.motions[COMPLIANT], found.motions[HANDS]

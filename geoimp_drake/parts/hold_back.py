@@ -28,12 +28,11 @@ class HoldBack:
 
     def __init__(self, parts: tuple[bool, bool]):
         self._parts = np.repeat(np.array(parts, dtype=float), 3)
-        self.memory = Memory(slack=NO_SLACK, tank=_TANK, time=-_LONGEST_STEP)
+        self.memory = Memory(slack=NO_SLACK, holds=0.0, tank=_TANK, time=-_LONGEST_STEP)
 
     def acts(self, memory: Array, slack: Array) -> bool:
         """Whether there is something to be kept."""
-        is_new = slack is not NO_SLACK and slack.any()
-        return bool(is_new or memory[self.memory.slack].any())
+        return bool(memory[self.memory.holds] or (slack is not NO_SLACK and slack.any()))
 
     def keep(
         self, memory: Array, slack: Array, velocity: Array, M: Array, gained: float, time: float
@@ -58,4 +57,5 @@ class HoldBack:
             _CAP,
             step if step < _LONGEST_STEP else 0.0,
         )
+        memory[places.holds] = memory[places.slack].any()
         memory[places.time] = time

@@ -110,6 +110,7 @@ class Impedance:
         self._back = HoldBack((self._rotates, self._translates))
         self.memory = Memory(last=AT_REST, reported=0.0, held=self._back.memory)
         self._slack = nested(self.memory.held, self._back.memory.slack)
+        self._holds = self.memory.held.start + self._back.memory.holds
         self._last_acceleration = nested(self.memory.last, ACCELERATION)
         signals = "state", "desired_motion", "wrench", "measured_motion", "stiffness_scale"
         self.outputs = (
@@ -248,7 +249,8 @@ class Impedance:
             memory: of this part.
             rate: (13,).
         """
-        rate[VELOCITY] += memory[self._slack]
+        if memory[self._holds]:
+            rate[VELOCITY] += memory[self._slack]
 
     def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:
         """Keeps what C is held back by from now on."""

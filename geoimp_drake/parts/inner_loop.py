@@ -224,7 +224,7 @@ class InnerLoop:
         system = now.system + self._label
         self.limits.keep(memory[self.memory.limits], limited, system, now.time)
         saturated = self._saturation.compare(memory[self.memory.peak], torque)
-        if len(saturated):
+        if saturated:
             self._saturation.report(saturated, torque, system, now.time)
         if self._null_space.watch is not None:
             self._null_space.check_gain(

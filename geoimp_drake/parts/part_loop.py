@@ -80,6 +80,7 @@ class PartLoop:
         self.state[self._time] = time
         now.given = set(inputs)
         self._take_in(inputs)
+        now.moved()
         if isinstance(part, Starts):
             part.start(self._memory, now)
         if isinstance(part, Settles):
@@ -193,6 +194,7 @@ class _Tick:
         clock: Array,
     ):
         self.system, self.memory, self.state, self._clock = name, memory, state, clock
+        self.time = 0.0
         self.elapsed: float | None = None
         self._part, self._values = part, values
         self.given: set[str] = set()
@@ -204,13 +206,10 @@ class _Tick:
         self._written: set[str] = set()
 
     def moved(self) -> None:
-        """Forgets what followed from inputs and memory."""
+        """Forgets what followed from inputs, memory and time."""
+        self.time = float(self._clock[0])
         self._is_found = False
         self._written.clear()
-
-    @property
-    def time(self) -> float:
-        return float(self._clock[0])
 
     @property
     def found(self) -> Any:

@@ -15,7 +15,7 @@ __all__ = ["Saturation", "Torque"]
 
 _log = logging.getLogger("drake")
 
-_NONE = np.zeros(0, dtype=int)
+_NONE: list[int] = []
 
 
 class Saturation:
@@ -32,19 +32,17 @@ class Saturation:
         self._law = compiled(peak_effort)
         self.memory = Memory(peak=np.zeros(model.num_joints))
 
-    def compare(self, memory: Array, torque: Array) -> Array:
+    def compare(self, memory: Array, torque: Array) -> list[int]:
         """Updates the fractions; returns which actuators have just passed their limits.
 
         Args:
             memory: (n,), moved on.
             torque: requested, in the order of the actuators (n,) [Nm, N].
         """
-        before = memory.copy()
-        if not self._law(torque, self._limits, before, memory):
-            return _NONE
-        return np.flatnonzero((before <= 1) & (memory > 1))
+        passed = self._law(torque, self._limits, memory)
+        return [k for k in range(len(torque)) if passed >> k & 1] if passed else _NONE
 
-    def report(self, saturated: Array, torque: Array, system: str, time: float) -> None:
+    def report(self, saturated: list[int], torque: Array, system: str, time: float) -> None:
         """Warns of new saturations.
 
         Args:
@@ -81,7 +79,7 @@ class Torque:
         """Compares the torques that this step uses with the limits."""
         torque = now.output("actuation")
         saturated = self._saturation.compare(memory, torque)
-        if len(saturated):
+        if saturated:
             self._saturation.report(saturated, torque, now.system, now.time)
 
     def _write(self, now: Now, u: Array) -> None:

@@ -56,14 +56,15 @@ def actuation(
 
 
 @compilable
-def peak_effort(u: Array, limits: Array, before: Array, peak: Array) -> bool:
-    """Writes the largest |u|/limit so far (n,); returns whether one has just passed its limit.
+def peak_effort(u: Array, limits: Array, peak: Array) -> int:
+    """Moves the largest |u|/limit so far on (n,); returns which have just passed their limits.
 
-    `before` may be `peak` itself.
+    That is a number with bit k for actuator k: nearly always zero, and no array.
     """
-    passed = False
+    passed = 0
     for k in range(len(u)):
-        effort = max(before[k], abs(u[k]) / limits[k])
-        passed = passed or (before[k] <= 1.0 and effort > 1.0)
+        effort = max(peak[k], abs(u[k]) / limits[k])
+        if peak[k] <= 1.0 < effort:
+            passed |= 1 << k
         peak[k] = effort
     return passed
