@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
@@ -22,6 +22,7 @@ from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
 
@@ -34,11 +35,12 @@ class CompliantArm:
     end_effector: Frame
     desired_motion: OutputPort
     controller: System
+    torques: OutputPort
 
     def record(self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant) -> None:
         """Logs what the log contract names."""
         ports = {
-            "u": self.controller.GetOutputPort("actuation"),
+            "u": self.torques,
             "motion_E": true_motion(builder, plant, self.end_effector, "motion_of_E"),
             "motion_D": self.desired_motion,
             "motion_C": self.controller.GetOutputPort("compliant_motion"),
@@ -85,9 +87,31 @@ def add_compliant_arm(
     builder.Connect(
         plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
     )
-    setup.true_plant.connect_torques(controller.GetOutputPort("actuation"), instance)
+    if settings.scheme == "admittance":
+        torques = _add_servos(setup, instance, E, controller, settings)
+    else:
+        torques = controller.GetOutputPort("actuation")
+    setup.true_plant.connect_torques(torques, instance)
     setup.true_plant.hang_payloads(sensor_joint)
-    return CompliantArm(arm, E, desired_motion, controller)
+    return CompliantArm(arm, E, desired_motion, controller, torques)
+
+
+def _add_servos(
+    setup: SetupBuilder[Any],
+    instance: ModelInstanceIndex,
+    E: Frame,
+    controller: System,
+    settings: CompliantArmSettings,
+) -> OutputPort:
+    """Adds the joint servos that the scheme admittance streams to; returns their torques."""
+    builder, plant = setup.builder, setup.plant
+    servos = builder.AddSystem(
+        make_industrial_controller(plant, instance, E, None, settings.servos)
+    )
+    builder.Connect(plant.get_state_output_port(instance), servos.GetInputPort("estimated_state"))
+    reference = controller.GetOutputPort("joint_reference")
+    builder.Connect(reference, servos.GetInputPort("joint_reference"))
+    return servos.GetOutputPort("actuation")
 
 
 def sensor_joint_of(plant: MultibodyPlant, arm: str) -> Joint:

@@ -12,6 +12,7 @@ from geoimp_drake.diagrams.setups.drake_settings import check_plant_config, chec
 from geoimp_drake.diagrams.setups.world import WorldConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
+from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 from geoimp_drake.validation import LARGEST_SEED, key, positive, whole_number
 
@@ -100,6 +101,8 @@ class CompliantArmSettings(ImpedanceControllerConfig, RunSettings):
     """Settings of a run with one arm that is compliant: its controller's are among them."""
 
     sampling: SamplingConfig = field(default_factory=differenced)
+    # Of the scheme admittance: the arm's own joint servos.
+    servos: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -17,6 +17,7 @@ from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_for
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.impedance import AXES, TRANSLATION_AXES, Impedance
+from geoimp_drake.parts.inverse_kinematics import InverseKinematics, ReferenceConfig
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
@@ -332,6 +333,7 @@ class ImpedanceControllerConfig(SchemeConfig):
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
     limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
+    reference: ReferenceConfig = field(default_factory=ReferenceConfig)  # of the scheme admittance
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
@@ -340,3 +342,15 @@ class ImpedanceControllerConfig(SchemeConfig):
         self.check_scheme(name, self.impedance)
         if self.uses_motion(self.impedance):
             self.sampling.check_motion(key(name, "sampling"), self.motion)
+        if self.scheme == "admittance":
+            self.reference.check_period(key(name, "reference"), self.sampling.period)
+
+    def make_kinematics(self, model: ControlModel) -> InverseKinematics:
+        """Returns the part that makes joint references, for the scheme `admittance`."""
+        return InverseKinematics(
+            model,
+            self.sampling.period,
+            self.reference,
+            self.redundancy.damping,
+            has_limits=self.limits is not None,
+        )

@@ -7,10 +7,12 @@ from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.admittance_controller import make_admittance_controller
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.forms import add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import EndEffectorImpedance, ImpedanceController
@@ -64,6 +66,17 @@ def make_impedance_controller(
     acceleration that makes the impedance the closed loop of E. Then `motion_control` finds no error
     and passes that acceleration on; see `systems.direct_impedance.DirectImpedance`.
 
+    With `config.scheme` "admittance" the arm's own servos stand in the place of the inner loop, and
+    `inverse_kinematics` makes their references every `config.sampling.period`:
+
+    ```
+    desired_motion, wrench ─▶ impedance ─C─▶ inverse_kinematics ─▶ joint_reference ─▶ servos
+    ```
+
+    Then `joint_reference`, [q_d; q̇_d] in the plant's order (2n), and `reference_error` (6) are in
+    the place of the outputs of the inner loop; `measured_motion`, and those of the impedance, are
+    the same. `motion` and `gravity` have no effect.
+
     The controller makes its own model of the arm and of all that is welded to it; the joints of
     other model instances that hang on the arm (a gripper's fingers) count as locked in their
     default positions. The plant's own friction model is viscous; forces from elements other than
@@ -108,20 +121,42 @@ def make_impedance_controller(
         ConfigurationError: the configuration cannot be used.
     """
     config = config or ImpedanceControllerConfig()
-    impedance, arm = controller_parts(
-        plant, model_instance, end_effector_frame, config, task_function, gravity=gravity
-    )
-    sensors = None
-    if sensor is not None:
-        check_sensor(sensor, end_effector_frame, config.impedance, config.motion, config.sampling)
-        config.check_inertial_load(sensor.config.inertial_load)
-        sensors = WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
-    if config.form == "compiled":
-        controller: System = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
+    if config.scheme == "admittance":
+        check(config)
+        choice(gravity, "gravity", GRAVITY)
+        _refuse_task(config, task_function)
+        model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
+        sensors = _sensors(sensor, end_effector_frame, config)
+        controller = make_admittance_controller(model, config, sensors)
     else:
-        controller = _of_blocks(impedance, arm, sensors)
+        impedance, arm = controller_parts(
+            plant, model_instance, end_effector_frame, config, task_function, gravity=gravity
+        )
+        sensors = _sensors(sensor, end_effector_frame, config)
+        if config.form == "compiled":
+            controller = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
+        else:
+            controller = _of_blocks(impedance, arm, sensors)
     controller.set_name(name_after_arms(plant, [model_instance], "impedance_controller"))
     return controller
+
+
+def _sensors(
+    sensor: WristSensor | None, E: Frame, config: ImpedanceControllerConfig
+) -> WristSensors | None:
+    if sensor is None:
+        return None
+    check_sensor(sensor, E, config.impedance, config.motion, config.sampling)
+    config.check_inertial_load(sensor.config.inertial_load)
+    return WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
+
+
+def _refuse_task(config: ImpedanceControllerConfig, task: TaskFunction | None) -> None:
+    if task is not None or config.redundancy.task is not None:
+        raise ConfigurationError(
+            "scheme 'admittance' takes no task function: a redundant arm goes back to the posture "
+            "at the start, at the rate reference.posture_gain. Leave redundancy.task out."
+        )
 
 
 def controller_parts(
@@ -144,6 +179,11 @@ def controller_parts(
         gravity: see there.
     """
     check(config)
+    if config.scheme == "admittance":
+        raise ConfigurationError(
+            "scheme 'admittance' makes no torques: use make_impedance_controller, or "
+            "AdmittanceLoop, which returns joint positions and velocities."
+        )
     choice(gravity, "gravity", GRAVITY)
     has_weight = gravity == "controller"
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame, gravity=has_weight)

@@ -64,6 +64,10 @@ class RobotJoints:
         reading[self._v] = v
         return reading
 
+    def split(self, reading: Array) -> tuple[Array, Array]:
+        """Returns positions and velocities (n) of [q; v] (2n); the inverse of `reading`."""
+        return reading[self._q].copy(), reading[self._v].copy()
+
     def torques(self, actuation: Array) -> Array:
         """Returns torques (n) of the actuators in the robot's order."""
         torques: Array = actuation[self._actuators]

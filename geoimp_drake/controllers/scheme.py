@@ -12,8 +12,8 @@ from geoimp_drake.validation import choice, key, positive
 
 __all__ = ["INERTIAS", "SCHEMES", "SchemeConfig"]
 
-# An inner loop tracks C, or the impedance is the closed loop of E itself.
-SCHEMES = ("inner-loop", "direct")
+# An inner loop tracks C; the impedance is the closed loop of E itself; the arm's servos track C.
+SCHEMES = ("inner-loop", "direct", "admittance")
 
 # Of E, in the scheme direct: that of the impedance, or the arm's own.
 INERTIAS = ("desired", "natural")
@@ -41,7 +41,9 @@ class _Impedance(Protocol):
 class SchemeConfig:
     """How the impedance is enforced."""
 
-    scheme: str = "inner-loop"  # or direct: the impedance is that of E itself, without that loop
+    # Or direct: the impedance is that of E itself, without that loop; or admittance: C is
+    # streamed to the arm's own servos, as joint references.
+    scheme: str = "inner-loop"
     inertia: str | None = None  # of direct: desired (or null), or natural, which needs no wrench
     damping_ratio: float | None = None  # of every mode with natural inertia; null for 1
 
@@ -52,11 +54,12 @@ class SchemeConfig:
 
     def uses_motion(self, impedance: _Impedance) -> bool:
         """Whether the gains of the motion loop have an effect."""
-        return self.scheme == "inner-loop" or impedance.axes != "both"
+        partial = self.scheme == "direct" and impedance.axes != "both"
+        return self.scheme == "inner-loop" or partial
 
     def make_impedance(self, impedance: _Impedance) -> EndEffectorImpedance:
         """Returns the part that moves C."""
-        if self.scheme == "inner-loop":
+        if self.scheme != "direct":
             return impedance.make()
         if self.is_natural:
             return NaturalImpedance(impedance.make(), self.damping_ratio or 1.0)

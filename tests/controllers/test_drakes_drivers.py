@@ -10,13 +10,15 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.primitives import Demultiplexer
 
 from geoimp_drake.controllers.config import FORMS
 from geoimp_drake.controllers.gravity_check import check_gravity
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.frame_motion import POSITION
 from geoimp_drake.systems.hand_over import HandOver
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
@@ -48,9 +50,12 @@ def urdf(tmp_path: Path) -> Path:
     return file
 
 
-def controller(plant: MultibodyPlant, gravity: str, form: str = "compiled"):
+def controller(
+    plant: MultibodyPlant, gravity: str, form: str = "compiled", scheme: str = "inner-loop"
+):
     """Returns the controller of the arm in a plant."""
     config = gains()
+    config.scheme = scheme
     config.impedance.translation.damping = np.array(200.0)
     config.form = form
     arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
@@ -65,16 +70,32 @@ def pose(plant: MultibodyPlant) -> RigidTransform:
 
 def way_of_the_hand(diagram: Diagram, plant: MultibodyPlant) -> np.ndarray:
     """Returns how far the hand has gone after a push [m]."""
-    simulator = Simulator(diagram)
-    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    return hand(plant, after_a_push(diagram, plant)) - pose(plant).translation()
+
+
+def hand(plant: MultibodyPlant, root: Context) -> np.ndarray:
+    """Returns where the hand is [m]."""
+    context = plant.GetMyContextFromRoot(root)
+    return plant.GetFrameByName("hand").CalcPoseInWorld(context).translation()
+
+
+def after_a_push(diagram: Diagram, plant: MultibodyPlant) -> Context:
+    """Returns the diagram's context after a push."""
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
     plant.SetPositions(context, plant.GetModelInstanceByName("iiwa"), POSTURE)
-    simulator.AdvanceTo(DURATION)
-    E = plant.GetFrameByName("hand").CalcPoseInWorld(context)
-    return E.translation() - pose(plant).translation()
+    Simulator(diagram, root).AdvanceTo(DURATION)
+    return root
 
 
 def on_drakes_driver(
-    urdf: Path, gravity: str, form: str = "compiled", *, driven: bool = True, handed: bool = False
+    urdf: Path,
+    gravity: str,
+    form: str = "compiled",
+    *,
+    driven: bool = True,
+    handed: bool = False,
+    scheme: str = "inner-loop",
 ) -> tuple[Diagram, MultibodyPlant]:
     """Returns a diagram of the arm behind Drake's driver, or on the plant's own actuation.
 
@@ -84,6 +105,7 @@ def on_drakes_driver(
         form: of the controller.
         driven: by Drake's driver.
         handed: the torques pass through a hand-over.
+        scheme: of the controller; admittance gives the driver positions.
     """
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
@@ -93,13 +115,19 @@ def on_drakes_driver(
         each.WeldFrames(each.world_frame(), each.GetFrameByName("base"))
         each.Finalize()
     arm, E = plant.GetModelInstanceByName("iiwa"), plant.GetFrameByName("hand")
-    mode = IiwaDriver(control_mode="torque_only")
+    given = "position" if scheme == "admittance" else "torque"
+    mode = IiwaDriver(control_mode=f"{given}_only")
     torque = plant.get_actuation_input_port(arm)
     if driven:
         driver = SimIiwaDriver.AddToBuilder(builder, plant, arm, mode, alone)
-        torque = driver.GetInputPort("torque")
-    system = builder.AddSystem(controller(plant, gravity, form))
-    actuation = system.GetOutputPort("actuation")
+        torque = driver.GetInputPort(given)
+    system = builder.AddSystem(controller(plant, gravity, form, scheme))
+    if scheme == "admittance":
+        split = builder.AddSystem(Demultiplexer([7, 7]))
+        builder.Connect(system.GetOutputPort("joint_reference"), split.get_input_port())
+        actuation = split.get_output_port(0)
+    else:
+        actuation = system.GetOutputPort("actuation")
     if handed:
         switch = builder.AddSystem(HandOver(7, 0.5, 1e-3))
         builder.Connect(actuation, switch.GetInputPort("torque_1"))
@@ -122,6 +150,20 @@ def test_a_push_on_drakes_simulated_iiwa_driver(urdf):
     diagram, plant = on_drakes_driver(urdf, "robot")
     check_gravity(diagram)
     np.testing.assert_allclose(way_of_the_hand(diagram, plant), WAY, rtol=0, atol=1e-3 * WAY[2])
+
+
+def test_a_push_on_drakes_driver_in_its_position_mode(urdf):
+    """C goes as far as it should; its servo is soft and gives way to the push as well."""
+    diagram, plant = on_drakes_driver(urdf, "robot", scheme="admittance")
+    check_gravity(diagram)
+    context = after_a_push(diagram, plant)
+    controller = diagram.GetSubsystemByName("iiwa_impedance_controller")
+    C = controller.GetOutputPort("compliant_motion").Eval(controller.GetMyContextFromRoot(context))
+    np.testing.assert_allclose(
+        C[POSITION] - pose(plant).translation(), WAY, rtol=0, atol=1e-3 * WAY[2]
+    )
+    way = hand(plant, context) - pose(plant).translation()
+    assert 1.0 < way[2] / WAY[2] < 1.4  # 1.24
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -16,7 +16,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JointIndex
 from pydrake.systems.framework import LeafSystem, PortDataType, System
-from pydrake.trajectories import PiecewisePolynomial
 
 import geoimp_drake
 from geoimp_drake.arm.control_model import ControlModel
@@ -42,6 +41,7 @@ from geoimp_drake.systems.arm.industrial_controller import (
     make_industrial_controller,
 )
 from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
+from geoimp_drake.systems.arm.inverse_kinematics import InverseKinematics
 from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
@@ -106,7 +106,7 @@ def frame_motion_sensor() -> FrameMotionSensor:
 
 
 def industrial_controller() -> IndustrialController:
-    return make_industrial_controller(*six_joint_plant(), PiecewisePolynomial(np.zeros(6)))
+    return make_industrial_controller(*six_joint_plant(), None)
 
 
 # How to make each system, and its n.
@@ -124,6 +124,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     GraspMonitor: (GraspMonitor, 0),
     ImpedanceIntegrator: (make_impedance, 0),
     IndustrialController: (industrial_controller, 6),
+    InverseKinematics: (lambda: InverseKinematics(six_joint_model(), 1e-3), 6),
     InternalImpedance: (lambda: InternalImpedance.of(bar_internal().make()), 0),
     InverseDynamicsInnerLoop: (lambda: InverseDynamicsInnerLoop(six_joint_model()), 6),
     MotionController: (MotionController, 0),

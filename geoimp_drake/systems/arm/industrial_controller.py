@@ -1,4 +1,4 @@
-"""An industrial control unit: each joint has a PID servo that follows a trajectory."""
+"""An industrial control unit: each joint has a PID servo that follows a reference."""
 
 from dataclasses import dataclass
 
@@ -55,7 +55,7 @@ class IndustrialControllerConfig:
 
 
 class IndustrialController(Block):
-    """Follows a joint trajectory with one PID servo per joint and no model of the arm.
+    """Follows joint references with one PID servo per joint and no model of the arm.
 
     At every sampling instant, for each joint on its own,
 
@@ -64,24 +64,26 @@ class IndustrialController(Block):
     and τ, within ±the effort limit, acts until the next instant. Saturation is reported: by
     `peak_effort`, and in Drake's log the first time that a joint saturates. Until the first
     instant τ = z, the holding torque. Before and after its trajectory the arm is held at the
-    trajectory's ends.
+    trajectory's ends. Without a trajectory q_d and q̇_d come by the port `joint_reference`, and are
+    those at the sampling instant.
 
     Forces at the hand are not known here: a stiff position control. See `make_impedance_controller`
     for the compliant one. One that takes an arm over from another controller is `preset` first.
 
     Args:
         model: the arm; of it only the order of joints and actuators and the limits are used.
-        trajectory: q_d over time, from the base to the hand (n) [rad or m].
+        trajectory: q_d over time, from the base to the hand (n) [rad or m]; None for the port.
         kp: proportional gains (n) [Nm/rad or N/m].
         holding_torque: z at the start (n) [Nm or N].
         config: the other gains, limit and sampling; `kp` and `preload` are not used.
 
     Raises:
         ConfigurationError: a gain, torque or the trajectory does not fit the arm.
-        SignalError: the state at the port is NaN or infinite.
+        SignalError: the state or the reference at a port is NaN or infinite.
 
     Ports:
         input estimated_state: [q; v] of the model instance, in its own order (2n)
+        input joint_reference: [q_d; q̇_d] in the same order; not there with a trajectory (2n)
         output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
         output set_point: [q_d; q̇_d] in the order of `estimated_state` (2n)
         output peak_effort: largest torque so far as a fraction of the limit (n)
@@ -90,7 +92,7 @@ class IndustrialController(Block):
     def __init__(
         self,
         model: ControlModel,
-        trajectory: Trajectory,
+        trajectory: Trajectory | None,
         kp: Array,
         holding_torque: Array,
         config: IndustrialControllerConfig | None = None,
@@ -99,7 +101,8 @@ class IndustrialController(Block):
         config = config or IndustrialControllerConfig()
         check(config, "servo")
         n = model.num_joints
-        _check_rows(trajectory, n)
+        if trajectory is not None:
+            _check_rows(trajectory, n)
         self._model, self._trajectory, self._config = model, trajectory, config
         self._kp = positive_vector(kp, "servo.kp", n)
         self._kd = 2.0 * config.damping / config.bandwidth * self._kp
@@ -113,6 +116,10 @@ class IndustrialController(Block):
 
     def _declare(self, n: int, preload: Array) -> None:
         self._state_port = self.DeclareVectorInputPort("estimated_state", 2 * n)
+        set_point_of = self.time_ticket()
+        if self._trajectory is None:
+            self._reference_port = self.DeclareVectorInputPort("joint_reference", 2 * n)
+            set_point_of = self._reference_port.ticket()
         # Both in the order of the control model.
         self._integral = self.declare_state(preload)
         self._torque = self.declare_state(np.clip(preload, -self._limits, self._limits))
@@ -127,7 +134,7 @@ class IndustrialController(Block):
             "set_point",
             2 * n,
             self._calc_set_point,
-            {self.time_ticket(), self.ticket_of_state(self._offset)},
+            {set_point_of, self.ticket_of_state(self._offset)},
         )
         self.DeclareStateOutputPort("peak_effort", DiscreteStateIndex(self._peak))
         # Unrestricted updates come first, as a plant's step with sampled output ports does: the
@@ -180,6 +187,11 @@ class IndustrialController(Block):
     def _set_point(self, context: Context) -> Array:
         """Returns [q_d; q̇_d] in the order of the control model."""
         time, offset = context.get_time(), context.get_discrete_state(self._offset).value()
+        if self._trajectory is None:
+            reference: Array = self._reference_port.Eval(context)
+            check_signal(reference, f"{self.get_name()}:joint_reference")
+            shift = np.concatenate((offset, np.zeros_like(offset)))
+            return reference[self._model.state_order] + shift
         start, end = self._trajectory.start_time(), self._trajectory.end_time()
         t = min(max(time, start), end)
         q, v = self._trajectory.value(t)[:, 0], self._trajectory.EvalDerivative(t)[:, 0]
@@ -203,7 +215,7 @@ def make_industrial_controller(
     plant: MultibodyPlant,
     model_instance: ModelInstanceIndex,
     end_effector_frame: Frame,
-    trajectory: Trajectory,
+    trajectory: Trajectory | None,
     config: IndustrialControllerConfig | None = None,
 ) -> IndustrialController:
     """Makes an industrial control unit for one arm of `plant`.
@@ -215,7 +227,8 @@ def make_industrial_controller(
         plant: finalized, contains the arm.
         model_instance: the arm, as for `ControlModel.of_arm`.
         end_effector_frame: any frame fixed in the hand.
-        trajectory: q_d over time, from the base to the hand (n) [rad or m], see `plan`.
+        trajectory: q_d over time, from the base to the hand (n) [rad or m], see `plan`; None
+            for references by the port `joint_reference`, from the plant's default posture on.
         config: gains, limits and sampling.
 
     Returns:
@@ -228,8 +241,11 @@ def make_industrial_controller(
     config = config or IndustrialControllerConfig()
     check(config, "servo")
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
-    _check_rows(trajectory, model.num_joints)
-    q = trajectory.value(trajectory.start_time())[:, 0]
+    if trajectory is None:
+        q = plant.GetDefaultPositions(model_instance)[model.state_order[: model.num_joints]]
+    else:
+        _check_rows(trajectory, model.num_joints)
+        q = trajectory.value(trajectory.start_time())[:, 0]
     scratch = model.plant.CreateDefaultContext()
     arm = evaluate_arm(model, scratch, np.concatenate((q, np.zeros_like(q))))
     kp = np.diag(arm.B) * config.bandwidth**2 if config.kp is None else config.kp

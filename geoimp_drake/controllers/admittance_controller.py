@@ -1,0 +1,206 @@
+"""The impedance controller of an arm that takes positions: a Diagram, one system, or a loop."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
+from pydrake.systems.framework import DiagramBuilder, System
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
+from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.admittance_controller import AdmittanceController
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.inverse_kinematics import InverseKinematics
+from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.arm import inverse_kinematics
+from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
+from geoimp_drake.typing import Array
+from geoimp_drake.validation import check
+
+__all__ = ["AdmittanceLoop", "JointReference", "make_admittance_controller"]
+
+
+class JointReference(NamedTuple):
+    """What an arm that takes positions is to do, in the robot's order of joints."""
+
+    positions: Array  # q_d (n) [rad, m]
+    velocities: Array  # q̇_d (n) [rad/s, m/s]
+
+
+def make_admittance_controller(
+    model: ControlModel, config: ImpedanceControllerConfig, sensors: WristSensors | None
+) -> System:
+    """Returns the controller of the scheme `admittance`; see `make_impedance_controller`.
+
+    Args:
+        model: the arm.
+        config: checked.
+        sensors: of the wrist; None if the wrench is an input.
+
+    Raises:
+        ConfigurationError: the form `compiled` with a sensor.
+    """
+    impedance, kinematics = config.impedance.make(), config.make_kinematics(model)
+    if config.form == "blocks":
+        return _of_blocks(impedance, kinematics, sensors)
+    if sensors is not None:
+        raise ConfigurationError(
+            "With scheme 'admittance' the form 'compiled' contains no wrist sensor: give form "
+            "'blocks', or add the sensor beside it by add_wrist_sensor and connect its wrench."
+        )
+    return make_compiled(AdmittanceController(impedance, kinematics))
+
+
+def _of_blocks(
+    impedance: Impedance, kinematics: InverseKinematics, sensors: WristSensors | None
+) -> System:
+    builder = DiagramBuilder()
+    compliant = builder.AddNamedSystem("impedance", ImpedanceIntegrator.of(impedance))
+    joints = builder.AddNamedSystem(
+        "inverse_kinematics", inverse_kinematics.InverseKinematics.of(kinematics)
+    )
+    # C starts on the measured pose of E.
+    measured = joints.GetOutputPort("measured_motion")
+    builder.Connect(measured, compliant.GetInputPort("measured_motion"))
+    motion = compliant.GetOutputPort("compliant_motion")
+    builder.Connect(motion, joints.GetInputPort("reference_motion"))
+    builder.ExportInput(joints.GetInputPort("estimated_state"), "estimated_state")
+    builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
+    if sensors is None:
+        builder.ExportInput(compliant.GetInputPort("wrench"), "wrench")
+    builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
+    for system, names in (
+        (joints, [output.name for output in kinematics.outputs]),
+        (compliant, [output.name for output in impedance.outputs]),
+    ):
+        for name in names:
+            builder.ExportOutput(system.GetOutputPort(name), name)
+    if sensors is not None:
+        add_sensors(
+            builder,
+            sensors,
+            {"wrench": [compliant.GetInputPort("wrench")]},
+            {"reference_motion": compliant.GetOutputPort("last_compliant_motion")},
+        )
+    return builder.Build()
+
+
+class AdmittanceLoop:
+    """The controller of the scheme `admittance`, called by hand at each tick of a robot.
+
+    It takes what a robot reports and returns positions and velocities for its servos, in the
+    robot's own order of joints. C is integrated by explicit Euler over the time between ticks: with
+    a stiff environment give a mass of at least 2 D Δt.
+
+    Args:
+        plant: finalized, contains the arm as `make_impedance_controller` wants it.
+        model_instance: the arm.
+        end_effector_frame: E, the frame that is made compliant.
+        config: gains, orientation family and sampling; `scheme` is admittance.
+        joints: the joints' names in the robot's order; by default that from base to hand.
+
+    Attributes:
+        model: the arm.
+        joints: the order of q, v and references.
+        period: of a tick, unless `step` is told another [s].
+
+    Raises:
+        ModelError: the plant does not contain such an arm.
+        ConfigurationError: the configuration cannot be used, or `joints` are not those of the arm.
+    """
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        model_instance: ModelInstanceIndex,
+        end_effector_frame: Frame,
+        config: ImpedanceControllerConfig,
+        *,
+        joints: Sequence[str] | None = None,
+    ):
+        check(config)
+        if config.scheme != "admittance":
+            raise ConfigurationError(
+                f"scheme is '{config.scheme}'; AdmittanceLoop is for admittance. Use ControlLoop, "
+                f"which returns torques."
+            )
+        self.model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
+        self.period = config.sampling.period
+        self.joints = RobotJoints(self.model, joints)
+        part = AdmittanceController(config.impedance.make(), config.make_kinematics(self.model))
+        name = plant.GetModelInstanceName(model_instance)
+        self._loop = PartLoop(part, f"{name}_admittance_loop")
+
+    @property
+    def state(self) -> Array:
+        """All that the loop remembers, one array; copy it to save it, write to it to restore it."""
+        return self._loop.state
+
+    def reset(
+        self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None
+    ) -> JointReference:
+        """Starts C and the reference at rest on the measured posture; returns the reference.
+
+        Args:
+            q: joint positions (n) [rad, m].
+            v: joint velocities (n) [rad/s, m/s].
+            wrench: h by the end effector on the environment, about Eo, in W (6); zero by default.
+            desired: motion of D in W (19); at rest on E by default.
+
+        Raises:
+            SignalError: a signal cannot be used.
+        """
+        self._loop.reset(
+            {
+                "estimated_state": self.joints.reading(q, v),
+                "wrench": np.zeros(6) if wrench is None else wrench,
+                "desired_motion": frame_motion_at_rest(self.pose(q))
+                if desired is None
+                else desired,
+            }
+        )
+        return self._reference()
+
+    def step(
+        self, q: Array, v: Array, wrench: Array, desired: Array, dt: float | None = None
+    ) -> JointReference:
+        """Returns the joint reference of the next tick.
+
+        Args:
+            q: joint positions (n) [rad, m]; they are reported, no law reads them.
+            v: joint velocities (n) [rad/s, m/s].
+            wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N].
+            desired: motion of D in W, see `frame_motion` (19).
+            dt: time since the last tick [s]; the period of sampling by default.
+
+        Raises:
+            SignalError: a signal is not finite or of another size, or no time has passed.
+            SingularityError: the attitude leaves the domain of the orientation family.
+        """
+        readings = {"estimated_state": self.joints.reading(q, v), "wrench": wrench}
+        elapsed = self.period if dt is None else dt
+        self._loop.step(readings, {"desired_motion": desired}, elapsed)
+        return self._reference()
+
+    def output(self, name: str) -> Array:
+        """Returns an output of the controller at the last tick, such as `compliant_motion`.
+
+        Raises:
+            ConfigurationError: there is no such output.
+        """
+        return self._loop.output(name)
+
+    def pose(self, q: Array) -> RigidTransform:
+        """Returns X_WE at joint positions (n)."""
+        return self.joints.pose(q)
+
+    def _reference(self) -> JointReference:
+        return JointReference(*self.joints.split(self._loop.output("joint_reference")))
