@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
@@ -252,13 +253,23 @@ def around(damping: float, contact: dict[str, float]) -> list[Point]:
     return [Point(factor * damping, **contact) for factor in (*below, 1.5)]
 
 
+def label(axes: Any) -> None:
+    """Writes plain numbers at the ticks: the figures' style writes no formulas."""
+    for axis, ticks in (
+        (axes.xaxis, [(1e3, "10³"), (1e4, "10⁴"), (1e5, "10⁵")]),
+        (axes.yaxis, [(D, str(D)) for D in (25, 50, 100, 200, 400)]),
+    ):
+        axis.set_ticks([at for at, _ in ticks], labels=[text for _, text in ticks])
+        axis.set_minor_locator(NullLocator())
+
+
 def main(out: Path) -> None:
     """Prints the table, checks it by simulation, and draws the figure."""
     logging.getLogger("drake").setLevel(logging.ERROR)
     trial = Trial()
     agree = total = 0
     with figure_style():
-        figure = Figure(figsize=(9, 3.4), layout="constrained")
+        figure = Figure(figsize=(9, 3.8), layout="constrained")
         for axes, look_ahead in zip(figure.subplots(1, 3, sharey=True), LOOK_AHEADS, strict=True):
             axes.set_title(f"look-ahead {1e3 * look_ahead:g} ms")
             axes.set_xlabel("stiffness of the wall [N/m]")
@@ -272,11 +283,13 @@ def main(out: Path) -> None:
                         agree, total = agree + (said == seen), total + 1
                         if said != seen:
                             print(f"{point}: predicted {said}, simulated {seen}", flush=True)
-                axes.loglog(WALLS, line, "-", label=f"{1e3 * period:g} ms")
+                axes.loglog(WALLS, line, "-", label=f"a reference every {1e3 * period:g} ms")
                 row = " | ".join(f"{D:.0f}" for D in line)
                 print(f"| {1e3 * look_ahead:g} | {1e3 * period:g} | {row} |", flush=True)
+        for axes in figure.axes:
+            label(axes)
         figure.axes[0].set_ylabel("smallest stable D [Ns/m]")
-        figure.axes[0].legend(title="period")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.savefig(out)
     print(f"{agree} of {total} points agree with the simulation")
 

@@ -410,3 +410,19 @@ def test_preset_that_cannot_be_is_refused():
         unit.preset(context, np.array([0, 0, 1500.0, 0, 0, 0, 0]))
     with pytest.raises(ConfigurationError, match="preset torque"):
         unit.preset(context, np.zeros(6))
+
+
+def test_a_streamed_reference_is_in_the_order_of_the_state():
+    order = np.array([2, 0, 1, 6, 5, 4, 3])
+    model = dataclasses.replace(MODEL, state_order=np.concatenate((order, 7 + order)))
+    unit, context = lone_unit(None, model=model)
+    reference = np.arange(14.0)
+    unit.GetInputPort("joint_reference").FixValue(context, reference)
+    np.testing.assert_array_equal(unit.GetOutputPort("set_point").Eval(context), reference)
+
+
+def test_a_streamed_reference_that_is_not_finite_is_refused():
+    unit, context = lone_unit(None)
+    unit.GetInputPort("joint_reference").FixValue(context, np.full(14, np.nan))
+    with pytest.raises(SignalError, match="joint_reference"):
+        unit.GetOutputPort("set_point").Eval(context)
