@@ -1,5 +1,6 @@
 """Which scheme makes the end effector behave as its impedance says, and with whose inertia."""
 
+import logging
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,6 +12,8 @@ from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.validation import choice, key, positive
 
 __all__ = ["INERTIAS", "SCHEMES", "SchemeConfig"]
+
+_log = logging.getLogger("drake")
 
 # An inner loop tracks C; the impedance is the closed loop of E itself; the arm's servos track C.
 SCHEMES = ("inner-loop", "direct", "admittance")
@@ -66,13 +69,24 @@ class SchemeConfig:
         return DirectImpedance(impedance.make(_REMEDY))
 
     def check_inertial_load(self, inertial_load: str) -> None:
-        """Raises ConfigurationError if a sensor's tool load cannot be removed that way."""
-        if self.is_natural and inertial_load == "reference":
+        """Warns if a sensor's tool load is removed for another acceleration than that of E.
+
+        Raises:
+            ConfigurationError: E never has it while it is in contact.
+        """
+        if self.scheme != "direct" or inertial_load != "reference":
+            return
+        if self.is_natural:
             raise ConfigurationError(
                 "sensor.inertial_load is 'reference'; with inertia: natural that is the "
                 "acceleration which E would have without a wrench, and what is removed for it in "
                 "contact falsifies the reading. Give sensor.inertial_load: plant."
             )
+        _log.warning(
+            "sensor.inertial_load is 'reference'; with scheme: direct that is the acceleration "
+            "that the law asks of E, not the one it has where the model is wrong, and the wrench "
+            "is off by the tool's mass times their difference. Give sensor.inertial_load: plant."
+        )
 
     def check_scheme(self, name: str, impedance: _Impedance) -> None:
         """Raises ConfigurationError if the words do not go together, or with the impedance.

@@ -139,3 +139,21 @@ def test_a_tools_load_is_not_removed_for_an_acceleration_that_a_contact_takes_aw
             continue
         with pytest.raises(ConfigurationError, match=r"inertial_load is 'reference'.*plant"):
             make_impedance_controller(rig.plant, rig.arm, rig.E, config, sensor=sensor)
+
+
+@pytest.mark.parametrize("form", ["blocks", "compiled"])
+@pytest.mark.parametrize(
+    ("scheme", "load", "warnings"),
+    [("direct", "reference", 1), ("direct", "plant", 0), ("inner-loop", "reference", 0)],
+)
+def test_a_load_removed_for_the_acceleration_of_the_law_is_warned_of(
+    caplog, form, scheme, load, warnings
+):
+    rig = make_arm_plant()
+    config = ImpedanceControllerConfig(scheme=scheme, form=form)
+    sensor = wrist_sensor_at(rig.plant, rig.wrist, rig.E, WristSensorConfig(inertial_load=load))
+    caplog.clear()
+    with caplog.at_level("WARNING", logger="drake"):
+        make_impedance_controller(rig.plant, rig.arm, rig.E, config, sensor=sensor)
+    said = [record.message for record in caplog.records if "the law asks of E" in record.message]
+    assert len(said) == warnings
