@@ -159,6 +159,12 @@ EXPERIMENTS = {
             "bar",
             view=((2.6, 0.2, 1.5), (0.0, 1.7, 0.75)),
         ),
+        Experiment(
+            "disturbance",
+            "heavier links and friction under an inner loop, or without one (section 3.3)",
+            "single arm",
+            "disturbance",
+        ),
     )
 }
 

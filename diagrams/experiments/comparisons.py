@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from geoimp_drake.diagrams.experiments.singularity import held_and_peak
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
 from geoimp_drake.typing import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["CHAPTER_FAMILIES", "COMPARISONS", "Comparison"]
 
@@ -28,10 +31,12 @@ class Comparison:
     Attributes:
         curves: title, label of the axis with its unit, and values (N) of each panel, of one run.
         claims: across families, from log and scenario by family.
+        figure: of all runs, in the place of `curves`, where those are not over time.
     """
 
-    curves: Callable[[Log, Any], list[Curve]]
+    curves: Callable[[Log, Any], list[Curve]] | None
     claims: Callable[[Runs], list[Claim]]
+    figure: "Callable[[Runs], Figure] | None" = None
 
 
 def _wrench_curves(log: Log, scenario: Any) -> list[Curve]:
@@ -105,4 +110,5 @@ COMPARISONS = {
     "redundancy": Comparison(_wrench_curves, _agreement),
     "peg_in_hole": Comparison(_wrench_curves, _none),
     "bar": Comparison(_wrench_curves, _agreement),
+    "disturbance": Comparison(_wrench_curves, _agreement),
 }

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from geoimp_drake.diagrams.experiments import disturbance
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.comparisons import Comparison
 from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact
@@ -128,4 +129,5 @@ CONTRASTS = {
     "redundancy": Comparison(_null_space_curves, _null_space_claims),
     "peg_in_hole": Comparison(_mating_curves, _mating_claims),
     "bar": Comparison(_squeeze_curves, _squeeze_claims),
+    "disturbance": Comparison(None, disturbance.claims_across, disturbance.figure_across),
 }

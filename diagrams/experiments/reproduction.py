@@ -1,6 +1,6 @@
 """What `geoimp reproduce` runs of each experiment; in words and settings in reproduction.yaml."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ def studies() -> tuple[Study, ...]:
 
 
 def _study(name: str, data: Mapping[str, Any]) -> Study:
-    variants = tuple(_variant(key, value) for key, value in data["variants"].items())
+    variants = tuple(_variants(data))
     comparison = data["comparison"]
     return Study(
         experiment=EXPERIMENTS[name],
@@ -31,6 +31,18 @@ def _study(name: str, data: Mapping[str, Any]) -> Study:
         text=comparison["text"],
         cost=data["cost"],
     )
+
+
+def _variants(data: Mapping[str, Any]) -> Iterator[Variant]:
+    """Yields the variants of an experiment, and each of its schemes with each of its errors."""
+    for name, one in data.get("variants", {}).items():
+        yield _variant(name, one)
+    for scheme, own in data.get("schemes", {}).items():
+        for error in own.get("errors", data["errors"]):
+            other = data["errors"][error]
+            settings = (*own["settings"], *other["settings"])
+            title = f"{scheme}, {other['title']}"
+            yield Variant(f"{scheme}-{error}", title, settings, own["figures"], {})
 
 
 def _variant(name: str, data: Mapping[str, Any]) -> Variant:

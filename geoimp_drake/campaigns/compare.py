@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -96,8 +97,9 @@ def compare_runs(
         "claims": [claim.as_dict() for claim in claims],
     }
     text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
-    figure = figure_contents("comparison", comparison_figure(name, comparison, runs, kind))
-    return claims, write_files(out, [("comparison.json", text), *figure])
+    figure = comparison.figure or partial(comparison_figure, name, comparison, kind=kind)
+    drawn = figure_contents("comparison", figure(runs))
+    return claims, write_files(out, [("comparison.json", text), *drawn])
 
 
 def comparison_figure(

@@ -137,12 +137,18 @@ def _runs(
 def _compile_laws(missing: Sequence[StudyRun]) -> None:
     """Has the control laws compiled, if numba is there, so that two processes do not do it at once.
 
-    Each set-up with each orientation family has laws of its own; one step of it compiles them.
+    Each set-up with each scheme and orientation family has laws of its own; one step of it compiles
+    them.
     """
     if importlib.util.find_spec("numba") is None:
         return
     kinds = {
-        (run.experiment.setup, run.scenario["impedance"]["orientation"]): run for run in missing
+        (
+            run.experiment.setup,
+            run.scenario.get("scheme"),
+            run.scenario["impedance"]["orientation"],
+        ): run
+        for run in missing
     }
     for run in kinds.values():
         # A run that fails reports that itself, when it is its turn.

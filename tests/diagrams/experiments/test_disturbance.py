@@ -1,66 +1,60 @@
 """Why the impedance has a stiff inner loop (section 3.3): what model error and friction do to E."""
 
-from functools import cache
-
 import numpy as np
 import pytest
-from runs import run
+from runs import assert_all_hold, claims_of, run
 
-from geoimp_drake.diagrams.experiments.measures import quaternion_error
-from geoimp_drake.laws.frame_motion import POSITION
+from geoimp_drake.diagrams.experiments import disturbance, reproduction
+from geoimp_drake.simulation.claims import NOT_REACHED
 
-MOTION = (
-    "form=compiled",
-    "sensor.inertial_load=plant",  # the direct scheme has no reference that is not accelerated
-    "start.tilt_deg=0",
-    "impedance.translation.damping=400",
-    "impedance.rotation.damping=1.5",
-    "segments=[{name: move, duration: 1.0, displacement: [0.05, 0.1, -0.08]},"
-    "{name: rest, duration: 4.0}]",
-)
-HEAVY, FRICTION = "world.links.mass=1.1", "world.joints.coulomb=0.01"
+(STUDY,) = (study for study in reproduction.studies() if study.name == "disturbance")
+VARIANTS = {variant.name: variant for variant in STUDY.variants}
+# What the claims across schemes need; the others are run by `geoimp reproduce` alone.
+NEEDED = ("inner-loop-mass-10", "direct-mass-10", "inner-loop-friction-1", "direct-friction-1")
+ADMITTANCE = "admittance-mass-10"
 
 
-@cache
-def offset(scheme: str, *world: str) -> tuple[float, float]:
-    """Returns how far E is from D at rest [m] and sin(ϑ/2), in the last half second."""
-    log, _, failure = run("plexiglas", *MOTION, f"scheme={scheme}", *world)
-    assert failure is None
-    rest = log["t"] >= log["t"][-1] - 0.5
-    dp = (log["six/motion_D"] - log["six/motion_E"])[rest][:, POSITION]
-    epsilon = quaternion_error(dict(log), "six", "E")[rest]
-    return float(np.linalg.norm(dp.mean(axis=0))), float(np.linalg.norm(epsilon.mean(axis=0)))
+@pytest.mark.parametrize("name", ["inner-loop-mass-10", "inner-loop-friction-1", ADMITTANCE])
+def test_what_the_controller_does_not_know_hardly_moves_a_stiff_arm(name):
+    assert_all_hold(claims_of("disturbance", *VARIANTS[name].settings))
 
 
-def ratios(*world: str) -> tuple[float, float]:
-    direct, inner = offset("direct", *world), offset("inner-loop", *world)
-    return direct[0] / inner[0], direct[1] / inner[1]
+def test_a_plant_that_is_known_leaves_nothing():
+    assert_all_hold(claims_of("disturbance", *VARIANTS["inner-loop-exact"].settings))
 
 
-def test_without_a_disturbance_both_schemes_rest_on_d():
-    for scheme in ("direct", "inner-loop"):
-        assert max(offset(scheme)) < 1e-5
+def test_a_direct_impedance_is_as_soft_against_a_disturbance_as_against_a_contact():
+    runs = {name: run("disturbance", *VARIANTS[name].settings) for name in (*NEEDED, ADMITTANCE)}
+    compared = {name: (dict(log), scenario) for name, (log, scenario, _) in runs.items()}
+    claims = disturbance.claims_across(compared)
+    assert len(claims) == 6
+    assert_all_hold({claim.claim: claim for claim in claims})
+    assert_scales_are_logarithmic(disturbance.figure_across(compared))
 
 
-def test_heavier_links_move_a_direct_impedance_as_its_softness_says():
-    position, rotation = ratios(HEAVY)
-    assert position >= 20.0
-    assert position == pytest.approx(2025.0 * 9.0 / 700.0, rel=0.1)  # K_Pp M_p / K_p
-    assert rotation >= 100.0
-    assert offset("inner-loop", HEAVY)[0] <= 0.6e-3
+def assert_scales_are_logarithmic(figure) -> None:
+    assert len(figure.axes) == 6
+    for axes in figure.axes:
+        assert axes.get_yscale() == "log"
+        drawn = {line.get_label() for line in axes.lines if line.get_xdata().size > 0}
+        assert {"inner-loop", "direct"} <= drawn
 
 
-def test_friction_moves_it_too():
-    position, rotation = ratios(FRICTION)
-    assert position >= 5.0
-    assert rotation >= 30.0
-    assert offset("inner-loop", "world.joints.coulomb=0.02")[0] <= 4e-3
+def test_a_run_that_is_too_short_is_not_judged():
+    claims = claims_of("disturbance", "duration=0.05")
+    assert {claim.verdict for claim in claims.values()} == {NOT_REACHED}
+    log, scenario, _ = run("disturbance", "duration=0.05")
+    across = disturbance.claims_across({"one": (dict(log), scenario)})
+    assert {claim.verdict for claim in across} == {NOT_REACHED}
+    disturbance.figure_across({"one": (dict(log), scenario)}).draw_without_rendering()
 
 
-def test_in_contact_the_inner_loop_keeps_the_spring():
-    log, _, failure = run("plexiglas", "form=compiled", HEAVY)
-    assert failure is None
-    rest = log["t"] >= log["t"][-1] - 1.0
-    dp = (log["six/motion_D"] - log["six/motion_E"])[rest][:, POSITION].mean(axis=0)
-    force = log["six/wrench_true"][rest, 3:].mean(axis=0)
-    assert np.linalg.norm(force - 700.0 * dp) <= 0.01 * np.linalg.norm(force)
+def test_a_bound_grows_with_what_is_not_known():
+    claims = [
+        claims_of("disturbance", "duration=0.05", *VARIANTS[f"direct-{error}"].settings)
+        for error in ("mass-5", "mass-10", "friction-1")
+    ]
+    five, ten, friction = (own["at rest ‖Δp_de‖"].bound for own in claims)
+    assert friction is None  # it stops a direct impedance where it will
+    numbers = [float(bound.removeprefix("≤ ")) for bound in (five, ten)]
+    np.testing.assert_allclose(numbers, np.array([0.3, 0.6]) * 2025.0 * 9.0 / 700.0, rtol=1e-5)

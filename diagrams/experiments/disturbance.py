@@ -1,0 +1,213 @@
+"""Why the impedance has a stiff inner loop (section 3.3): what model error and friction do to E."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from geoimp_drake.diagrams.experiments.measures import Log, quaternion_error
+from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.simulation.claims import Claim, at_least, at_most, phase_reached, within
+from geoimp_drake.simulation.figures import panels_figure
+from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.systems.frame_motion import POSITION
+from geoimp_drake.systems.sources.desired_motion import phases_of
+from geoimp_drake.typing import Array
+
+__all__ = ["claims", "claims_across", "figure_across", "figures", "measured"]
+
+# With the inner loop, for links twice as heavy and for all of the effort as friction: of E from D
+# [mm] and [°], and ‖f − K_p Δp_de‖ / ‖f‖.
+_PER_ERROR = {"rest": (6.0, 200.0), "angle": (0.3, 30.0), "force": (0.1, 2.5)}
+_LEAST = {"rest": 0.05, "angle": 0.01, "force": 1e-3}  # claimed of a plant that is known
+_LAG = 1.0  # of servos, which know no model, behind their reference [mm]
+
+# A scheme, the factor of the links' masses and the friction.
+Case = tuple[str, float, float]
+_HEAVY, _FRICTION = (1.1, 0.0), (1.0, 0.01)
+
+_COLOURS = {"inner-loop": "#0072B2", "direct": "#D55E00", "admittance": "#009E73"}
+_MARKERS = {"inner-loop": "o", "direct": "s", "admittance": "^"}
+_PANELS = (
+    ("rest", "E from D at rest", "‖Δp_de‖ [mm]"),
+    ("motion", "largest in free motion", "‖Δp_de‖ [mm]"),
+    ("force", "force in contact", "‖f − K_p Δp_de‖ / ‖f‖ [%]"),
+)
+
+
+def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
+    """Returns what a run shows, as far as it has come.
+
+    Returns:
+        `motion`, the largest ‖Δp_de‖ in free motion [mm]; `rest` and `angle`, the means of ‖Δp_de‖
+        [mm] and of the angle of D from E [°] in the last second before the approach; `force`, the
+        mean of ‖f − K_p Δp_de‖ / ‖f‖ in the last second of contact.
+    """
+    phases = {name: (begin, end) for name, begin, end in phases_of(scenario.segments)}
+    offset, t = _offset(log, scenario), log["t"]
+    values = {}
+    if phase_reached(log, phases["rest"][1]):
+        rest = _last_second_before(t, phases["rest"][1])
+        values["motion"] = float(_norm(offset[t <= phases["free motion"][1]]).max())
+        values["rest"] = float(_norm(offset[rest]).mean())
+        values["angle"] = float(_angle(log, scenario)[rest].mean())
+    if phase_reached(log, phases["hold"][1]):
+        hold = _last_second_before(t, phases["hold"][1])
+        force = log[f"{scenario.arm}/wrench_true"][hold, 3:]
+        spring = 1e-3 * offset[hold] @ scenario.impedance.gains("translation")[2].T
+        values["force"] = float((_norm(force - spring) / _norm(force)).mean())
+    return values
+
+
+def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
+    """Returns the claims of a run, in proportion to what its controller does not know."""
+    value, bound = measured(log, scenario).get, _bounds(scenario)
+    return [
+        at_most("at rest ‖Δp_de‖", value("rest"), bound["rest"], "mm"),
+        at_most("at rest angle of E from D", value("angle"), bound["angle"], "°"),
+        at_most("in free motion largest ‖Δp_de‖", value("motion"), bound["motion"], "mm"),
+        at_most("in contact f = K_p Δp_de, relative error", value("force"), bound["force"]),
+    ]
+
+
+def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
+    """Returns how far E is from D over time, and the contact force."""
+    panels = [
+        ("E from D", "Δp_de [mm]", _offset(log, scenario), 1.0),
+        ("angle of E from D", "ϑ_de [°]", _angle(log, scenario), 0.1),
+        ("contact force", "f [N]", log[f"{scenario.arm}/wrench_true"][:, 3:], None),
+    ]
+    title = f"disturbance: {scenario.scheme}, {_words(scenario)}"
+    return {
+        "disturbance": panels_figure(log, scenario.arm, panels, title, phases_of(scenario.segments))
+    }
+
+
+def claims_across(runs: Mapping[str, tuple[Log, Any]]) -> list[Claim]:
+    """Returns how much farther a direct impedance gives way, and that servos do not at rest."""
+    values = _by_case(runs)
+
+    def ratio(name: str, error: tuple[float, float], scheme: str = "direct") -> float | None:
+        own = values.get((scheme, *error), {}).get(name)
+        inner = values.get(("inner-loop", *error), {}).get(name)
+        return None if own is None or inner is None else own / inner
+
+    heavier, friction = "links 10 % heavier", "Coulomb friction of 1 %"
+    softness = [_softness(scenario) for _, scenario in runs.values()]
+    return [
+        at_least(f"{heavier}: offset at rest, direct over inner loop", ratio("rest", _HEAVY), 20),
+        within(
+            f"{heavier}: that ratio is K_Pp M_p / K_p", ratio("rest", _HEAVY), max(softness), 0.1
+        ),
+        at_least(f"{heavier}: angle at rest, direct over inner loop", ratio("angle", _HEAVY), 100),
+        at_least(
+            f"{friction}: offset at rest, direct over inner loop", ratio("rest", _FRICTION), 5
+        ),
+        at_least(
+            f"{friction}: angle at rest, direct over inner loop", ratio("angle", _FRICTION), 30
+        ),
+        at_most(
+            f"{heavier}: offset at rest, admittance over inner loop",
+            ratio("rest", _HEAVY, "admittance"),
+            0.01,
+        ),
+    ]
+
+
+def figure_across(runs: Mapping[str, tuple[Log, Any]]) -> Figure:
+    """Returns each quantity over the error of the links' masses, and over the friction."""
+    values = _by_case(runs)
+    with figure_style():
+        figure = Figure(figsize=(11, 6.4))
+        axes = figure.subplots(2, 3, sharex="row", sharey="col")
+        for column, (name, title, label) in enumerate(_PANELS):
+            for row, words in enumerate(("links heavier by [%]", "Coulomb friction [% of effort]")):
+                panel = axes[row, column]
+                _plot_schemes(panel, values, name, of_mass=row == 0)
+                panel.set_xlabel(words)
+                panel.set_ylabel(label)
+            axes[0, column].set_title(title)
+        if values:
+            axes[0, 0].legend(loc="center right")
+        figure.suptitle("disturbance: what the controller does not know, under each scheme")
+    return figure
+
+
+def _plot_schemes(
+    panel: Axes, values: Mapping[Case, Mapping[str, float]], name: str, *, of_mass: bool
+) -> None:
+    """Plots one line a scheme over the errors, and apart from it what is there without any."""
+    scale = 100 if name == "force" else 1
+    for scheme in dict.fromkeys(case[0] for case in values):
+        points = {
+            100 * (mass - 1.0 if of_mass else friction): scale * own[name]
+            for (one, mass, friction), own in values.items()
+            if one == scheme and name in own and (friction == 0.0 if of_mass else mass == 1.0)
+        }
+        errors = sorted(error for error in points if error > 0.0)
+        style: dict[str, Any] = {"color": _COLOURS[scheme], "marker": _MARKERS[scheme]}
+        panel.plot(errors, [points[error] for error in errors], label=scheme, **style)
+        panel.plot(0.0, points.get(0.0, np.nan), linestyle="", **style)
+    panel.set_yscale("log")
+    panel.yaxis.set_major_formatter("{x:g}")
+
+
+def _by_case(runs: Mapping[str, tuple[Log, Any]]) -> dict[Case, dict[str, float]]:
+    return {
+        (own.scheme, own.world.links.mass, own.world.joints.coulomb): measured(log, own)
+        for log, own in runs.values()
+    }
+
+
+def _softness(scenario: SingleArmScenario) -> float:
+    """Returns how much softer the impedance is than the inner loop, K_Pp M_p / K_p."""
+    M_p, _, K_p = scenario.impedance.gains("translation")
+    return float(scenario.motion.K_Pp * M_p[0, 0] / K_p[0, 0])
+
+
+def _bounds(scenario: SingleArmScenario) -> dict[str, float]:
+    """Returns what is claimed of a run at most, in the units of `measured`."""
+    errors = abs(scenario.world.links.mass - 1.0), scenario.world.joints.coulomb
+    direct = scenario.scheme == "direct"
+    softness = _softness(scenario) if direct else 1.0
+    bounds = {
+        name: max(_LEAST[name], softness * float(np.dot(errors, per)))
+        for name, per in _PER_ERROR.items()
+    }
+    bounds["motion"] = bounds["rest"]
+    if direct:
+        # A moment that its spring cannot hold turns it over, and friction stops it where it will.
+        loose = tuple(bounds) if scenario.world.joints.coulomb else ("angle",)
+        bounds |= dict.fromkeys(loose, np.inf)
+    if scenario.scheme == "admittance":
+        bounds["motion"] = max(_LAG, 3.0 * bounds["rest"])
+    return bounds
+
+
+def _words(scenario: SingleArmScenario) -> str:
+    mass, friction = scenario.world.links.mass, scenario.world.joints.coulomb
+    words = [f"links {100 * (mass - 1.0):+.3g} %"] if mass != 1.0 else []
+    words += [f"friction of {100 * friction:.3g} %"] if friction else []
+    return " and ".join(words) or "the plant as known"
+
+
+def _offset(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns Δp_de over time in W (N×3) [mm]."""
+    arm = scenario.arm
+    return 1e3 * (log[f"{arm}/motion_D"] - log[f"{arm}/motion_E"])[:, POSITION]
+
+
+def _angle(log: Log, scenario: SingleArmScenario) -> Array:
+    """Returns the angle between D and E over time (N) [°]."""
+    half = _norm(quaternion_error(log, scenario.arm, "E"))
+    return np.degrees(2.0 * np.arcsin(np.minimum(half, 1.0)))
+
+
+def _last_second_before(t: Array, end: float) -> Array:
+    return (t >= end - 1.0) & (t <= end)
+
+
+def _norm(vectors: Array) -> Array:
+    return np.linalg.norm(vectors, axis=1)
