@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoimp_drake.controllers.config import ImpedanceConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.laws.impedance.orientation_impedance import OrientationImpedance
 from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.rotations import quaternion, so3

@@ -9,14 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance, make_family
-from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
-from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_form
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
-from geoimp_drake.parts.impedance import AXES, TRANSLATION_AXES, Impedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics, ReferenceConfig
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
@@ -26,17 +23,14 @@ from geoimp_drake.parts.null_space_gain import null_space_gain
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, choice, finite_array, key, positive, spd_matrix
+from geoimp_drake.validation import check, choice, key, positive, spd_matrix
 
 __all__ = [
     "FORMS",
-    "ImpedanceConfig",
     "ImpedanceControllerConfig",
     "MotionConfig",
     "RedundancyConfig",
-    "RotationGains",
     "SamplingConfig",
-    "TranslationGains",
 ]
 
 
@@ -45,147 +39,6 @@ _RATIO_TOLERANCE = 1e-6
 
 # What a controller is: a Diagram of its blocks, or one system, faster and with the same numbers.
 FORMS = ("blocks", "compiled")
-
-# What `stiffness` of a rotation is: K_o, or the K_R of Seo's geometric impedance control.
-STIFFNESS_FORMS = ("chapter", "seo")
-
-
-class _Gains:
-    """What the gains of translation and of rotation have in common."""
-
-    mass: Array
-    damping: Array
-    stiffness: Array
-    principal_axes: Array | None
-
-    def validate(self, name: str) -> None:
-        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        self.matrices(name)
-
-    def matrices(self, name: str) -> tuple[Array, Array, Array]:
-        """Returns mass, damping and stiffness (3×3 each); errors as `validate`."""
-        mass, damping, stiffness = (
-            spd_matrix(getattr(self, gain), key(name, gain))
-            for gain in ("mass", "damping", "stiffness")
-        )
-        return mass, damping, self._along_axes(name, stiffness)
-
-    def check_without_inertia(self, name: str) -> None:
-        """Raises ConfigurationError if a mass or a damping is given, for natural inertia."""
-        default = type(self)()
-        for gain in ("mass", "damping"):
-            value = np.asarray(getattr(self, gain))
-            if value.ndim or value != getattr(default, gain):
-                raise ConfigurationError(
-                    f"{key(name, gain)} is {value.tolist()}, which natural inertia does not use: "
-                    f"its mass is the arm's own, and its damping follows from damping_ratio. Leave "
-                    f"it out."
-                )
-
-    def _along_axes(self, name: str, stiffness: Array) -> Array:
-        if self.principal_axes is None:
-            return stiffness
-        where = key(name, "principal_axes")
-        if np.ndim(self.stiffness) > 1:
-            raise ConfigurationError(
-                f"{key(name, 'stiffness')} is a matrix of shape {np.shape(self.stiffness)}; with "
-                f"{where} give the three stiffnesses along them."
-            )
-        try:
-            return stiffness_from_principal_axes(self.principal_axes, np.diag(stiffness))
-        except ConfigurationError as error:
-            raise ConfigurationError(f"{where}: {error}") from error
-
-
-@dataclass
-class TranslationGains(_Gains):
-    """Gains of (3.1): one number for k I, three for the diagonal, or a 3×3 matrix."""
-
-    mass: Array = field(default_factory=lambda: np.array(9.0))  # M_p [kg]
-    damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
-    stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
-    principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
-    axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
-
-
-@dataclass
-class RotationGains(_Gains):
-    """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
-
-    mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
-    damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
-    stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
-    principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
-    stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
-
-
-@dataclass
-class ImpedanceConfig:
-    """The six-DOF impedance; the defaults are those of the chapter's first experiment."""
-
-    translation: TranslationGains = field(default_factory=TranslationGains)
-    rotation: RotationGains = field(default_factory=RotationGains)
-    orientation: str = "quaternion"  # family
-    axes: str = "both"  # or translation, rotation, none: what is left out of C equals D
-    coupling: Array | None = None  # K_c (3×3) between rotation and translation, in D [N]
-
-    def validate(self, name: str) -> None:
-        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        choice(self.orientation, key(name, "orientation"), FAMILIES)
-        choice(self.axes, key(name, "axes"), AXES)
-        choice(self.translation.axes, key(name, "translation.axes"), TRANSLATION_AXES)
-        form = key(name, "rotation.stiffness_form")
-        choice(self.rotation.stiffness_form, form, STIFFNESS_FORMS)
-        if self.coupling is not None:
-            finite_array(self.coupling, key(name, "coupling"), (3, 3))
-
-    def check_without_inertia(self, name: str) -> None:
-        """Raises ConfigurationError if masses or dampings are given, for natural inertia."""
-        self.translation.check_without_inertia(key(name, "translation"))
-        self.rotation.check_without_inertia(key(name, "rotation"))
-
-    def gains(self, part: str) -> tuple[Array, Array, Array]:
-        """Returns mass, damping and stiffness (3×3 each) of `translation` or `rotation`."""
-        gains: _Gains = getattr(self, part)
-        mass, damping, stiffness = gains.matrices(f"impedance.{part}")
-        if part == "rotation" and self.rotation.stiffness_form == "seo":
-            stiffness = stiffness_from_trace_form(stiffness)
-        return mass, damping, stiffness
-
-    def stiffness_is_in_desired(self) -> bool:
-        """Returns whether K_p is in D's axes; otherwise it is in W's."""
-        return self.coupling is not None or self.translation.axes == "desired"
-
-    def masses(self) -> Array:
-        """Returns M_o and M_p (2, 3, 3), the latter as given, whatever its axes."""
-        return np.array([self.gains(part)[0] for part in ("rotation", "translation")])
-
-    def natural_period(self) -> float:
-        """Returns the shortest √(M/K) of what is compliant, infinite if nothing is [s]."""
-        fastest = 0.0
-        for part in ("translation", "rotation"):
-            mass, _, stiffness = self.gains(part)
-            if self.axes in ("both", part):
-                squares = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
-                fastest = max(fastest, np.sqrt(squares.max()))
-        return 1.0 / fastest if fastest else np.inf
-
-    def make_rotation(self) -> OrientationImpedance:
-        """Returns the orientation family with its gains."""
-        return make_family(self.orientation, *self.gains("rotation"))
-
-    def make(self, remedy: str = "") -> Impedance:
-        """Returns the part; `remedy` is what its error says if the motion diverges."""
-        check(self, "impedance")
-        rotation = self.make_rotation()
-        return Impedance(
-            *self.gains("translation"),
-            rotation,
-            self.axes,
-            K_c=self.coupling,
-            remedy=remedy,
-            translation_axes=self.translation.axes,
-        )
 
 
 @dataclass

@@ -2,13 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from geoimp_drake.controllers.config import (
-    FORMS,
-    ImpedanceConfig,
-    MotionConfig,
-    RedundancyConfig,
-    SamplingConfig,
-)
+from geoimp_drake.controllers.config import FORMS, MotionConfig, RedundancyConfig, SamplingConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
 from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedanceConfig

@@ -5,7 +5,8 @@ import logging
 import numpy as np
 from pydrake.multibody.tree import Frame
 
-from geoimp_drake.controllers.config import ImpedanceConfig, MotionConfig, SamplingConfig
+from geoimp_drake.controllers.config import MotionConfig, SamplingConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia

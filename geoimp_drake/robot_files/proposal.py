@@ -18,7 +18,11 @@ from geoimp_drake.arm.start_posture import (
     start_postures,
 )
 from geoimp_drake.arm.state import ArmState, evaluate_arm
-from geoimp_drake.controllers.config import ImpedanceConfig, RotationGains, TranslationGains
+from geoimp_drake.controllers.impedance_config import (
+    ImpedanceConfig,
+    RotationGains,
+    TranslationGains,
+)
 from geoimp_drake.robot_files.preflight import find_self_contact, find_unheld_joints
 from geoimp_drake.robot_files.self_contact import SelfContact
 from geoimp_drake.typing import Array

@@ -7,12 +7,14 @@ import pytest
 from arms import make_arm_plant
 
 from geoimp_drake.controllers.config import (
-    ImpedanceConfig,
     ImpedanceControllerConfig,
     MotionConfig,
     RedundancyConfig,
-    RotationGains,
     SamplingConfig,
+)
+from geoimp_drake.controllers.impedance_config import (
+    ImpedanceConfig,
+    RotationGains,
     TranslationGains,
 )
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller

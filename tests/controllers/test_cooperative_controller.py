@@ -9,9 +9,9 @@ from pydrake.multibody.tree import JacobianWrtVariable, SpatialInertia
 from pydrake.systems.analysis import Simulator
 from two_arms import ArmPair, add_arms, make_controlled_pair
 
-from geoimp_drake.controllers.config import RotationGains, TranslationGains
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
+from geoimp_drake.controllers.impedance_config import RotationGains, TranslationGains
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.object_load import ObjectLoad

@@ -13,9 +13,8 @@ from geoimp_drake.controllers.config import (
     ImpedanceControllerConfig,
     MotionConfig,
     RedundancyConfig,
-    RotationGains,
-    TranslationGains,
 )
+from geoimp_drake.controllers.impedance_config import RotationGains, TranslationGains
 from geoimp_drake.laws.redundancy.pseudo_inverse import (
     null_space_projector,
     weighted_pseudo_inverse,

@@ -17,11 +17,8 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.state import ArmState, evaluate_arm
-from geoimp_drake.controllers.config import (
-    ImpedanceConfig,
-    ImpedanceControllerConfig,
-    SamplingConfig,
-)
+from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from driven_arm import STIFFNESS, DrivenArm, gains
 
-from geoimp_drake.controllers.config import ImpedanceConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import ACCELERATION, POSITION
 from geoimp_drake.laws.impedance.families import FAMILIES

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from geoimp_drake.controllers.config import ImpedanceConfig, MotionConfig, TranslationGains
+from geoimp_drake.controllers.config import MotionConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig, TranslationGains
 from geoimp_drake.controllers.sensor_checks import linear_gains
 from geoimp_drake.diagrams.experiments.measures import force_spring_error
 from geoimp_drake.errors import ConfigurationError

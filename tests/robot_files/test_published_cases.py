@@ -9,7 +9,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 import geoimp_drake
-from geoimp_drake.controllers.config import ImpedanceConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.robot_files.loading import load_robot
 
 CASES = Path(__file__).parent / "cases"

@@ -7,7 +7,7 @@ from published_arms import RosArm, write_mjcf, write_sdf
 from pydrake.math import RigidTransform, RollPitchYaw
 
 import geoimp_drake
-from geoimp_drake.controllers.config import ImpedanceConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 
 K_P = np.array([[900.0, 150.0, 0.0], [150.0, 700.0, 80.0], [0.0, 80.0, 1100.0]])
 FORCE = np.array([20.0, -10.0, 15.0])
