@@ -89,6 +89,19 @@ class SamplingConfig:
                 f"motion.{gain}."
             )
 
+    def check_impedance(self, name: str, impedance: ImpedanceConfig) -> None:
+        """Raises ConfigurationError if an impedance of E itself gets its readings too rarely.
+
+        With differenced velocities it swings from 0.9 to 2 times that period on, by its damping.
+        """
+        longest, which = impedance.shortest_time()
+        if self.period > longest:
+            raise ConfigurationError(
+                f"{key(name, 'period')} is {self.period:g} s; with scheme: direct the impedance is "
+                f"that of the hand itself, which needs a reading at least every {which} = "
+                f"{longest:.3g} s. Read more often, or give other gains, or scheme: inner-loop."
+            )
+
     def check_step(self, name: str, time_step: float) -> None:
         """Raises ConfigurationError if differences are not those of a whole number of steps.
 
@@ -195,6 +208,8 @@ class ImpedanceControllerConfig(SchemeConfig):
         self.check_scheme(name, self.impedance)
         if self.uses_motion(self.impedance):
             self.sampling.check_motion(key(name, "sampling"), self.motion)
+        if self.scheme == "direct" and not self.is_natural:
+            self.sampling.check_impedance(key(name, "sampling"), self.impedance)
         if self.scheme == "admittance":
             self.reference.check_period(key(name, "reference"), self.sampling.period)
 

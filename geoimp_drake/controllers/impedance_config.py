@@ -130,13 +130,25 @@ class ImpedanceConfig:
 
     def natural_period(self) -> float:
         """Returns the shortest √(M/K) of what is compliant, infinite if nothing is [s]."""
-        fastest = 0.0
-        for part in ("translation", "rotation"):
+        times = [np.inf]
+        for part in self._compliant():
             mass, _, stiffness = self.gains(part)
-            if self.axes in ("both", part):
-                squares = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
-                fastest = max(fastest, np.sqrt(squares.max()))
-        return 1.0 / fastest if fastest else np.inf
+            times.append(np.sqrt(_shortest(mass, stiffness)))
+        return float(min(times))
+
+    def shortest_time(self) -> tuple[float, str]:
+        """Returns the shortest M/D or D/K of what is compliant [s], and which it is, in words."""
+        times = [(np.inf, "")]
+        for part in self._compliant():
+            mass, damping, stiffness = self.gains(part)
+            times += [
+                (_shortest(mass, damping), f"M/D of {part}"),
+                (_shortest(damping, stiffness), f"D/K of {part}"),
+            ]
+        return min(times)
+
+    def _compliant(self) -> list[str]:
+        return [part for part in ("translation", "rotation") if self.axes in ("both", part)]
 
     def make_rotation(self) -> OrientationImpedance:
         """Returns the orientation family with its gains."""
@@ -154,3 +166,8 @@ class ImpedanceConfig:
             remedy=remedy,
             translation_axes=self.translation.axes,
         )
+
+
+def _shortest(slow: Array, fast: Array) -> float:
+    """Returns the least eigenvalue of `fast`⁻¹ `slow` (3×3 each)."""
+    return float(1.0 / np.linalg.eigvals(np.linalg.solve(slow, fast)).real.max())

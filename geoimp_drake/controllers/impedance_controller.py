@@ -146,7 +146,7 @@ def _sensors(
 ) -> WristSensors | None:
     if sensor is None:
         return None
-    check_sensor(sensor, E, config.impedance, config.motion, config.sampling)
+    check_sensor(sensor, E, config.impedance, config.motion, config.sampling, scheme=config)
     config.check_inertial_load(sensor.config.inertial_load)
     return WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
 

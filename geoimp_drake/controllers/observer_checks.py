@@ -34,8 +34,9 @@ def warn_of_late_torque(
 ) -> None:
     """Warns if a torque that acts a tick late makes the impedance on an observer unstable.
 
-    Asked of small motions in free space, about a posture. Whether torques are late is known of no
-    robot that has a clock of its own: it is a warning, never an error.
+    Asked of small motions in free space, about a posture; not of natural inertia, which takes no
+    wrench. Whether torques are late is known of no robot that has a clock of its own: it is a
+    warning, never an error.
 
     Args:
         model: the arm.
@@ -43,6 +44,8 @@ def warn_of_late_torque(
         config: of the controller, which ticks with the robot.
         observer: that gives it the wrench.
     """
+    if config.is_natural:
+        return
     loop = observed_loop(model, q, config, observer)
     growth = loop.growth()
     if growth <= 1.0 + _GROWTH_TOLERANCE:

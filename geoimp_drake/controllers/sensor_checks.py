@@ -7,6 +7,7 @@ from pydrake.multibody.tree import Frame
 
 from geoimp_drake.controllers.config import MotionConfig, SamplingConfig
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig
+from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia
@@ -28,8 +29,11 @@ def check_sensor(
     motion: MotionConfig,
     sampling: SamplingConfig,
     hands: int = 1,
+    scheme: SchemeConfig | None = None,
 ) -> None:
     """Checks a sensor that a controller is given, and warns where `warn_of_sensed_inertia` does.
+
+    With natural inertia the wrench closes no loop, and the frame alone is asked.
 
     Args:
         sensor: of a hand.
@@ -38,6 +42,7 @@ def check_sensor(
         motion: of the same.
         sampling: of the same.
         hands: how many carry what has this impedance.
+        scheme: of the controller; by default with an inner loop.
 
     Raises:
         ModelError: the sensor was made for another frame.
@@ -49,18 +54,29 @@ def check_sensor(
             f"The sensor at {sensor.mounting.joint_name} gives the wrench at '{measured}', but the "
             f"end effector is '{E}'; give one from wrist_sensor_at(plant, joint, E) of this hand."
         )
-    _check_period(sensor.config.period, impedance, motion)
-    warn_of_sensed_inertia(sensor, impedance, motion, sampling, hands)
+    scheme = scheme or SchemeConfig()
+    if scheme.is_natural:
+        return
+    loop = motion if scheme.uses_motion(impedance) else None
+    _check_period(sensor.config.period, impedance, loop)
+    direct = scheme.scheme == "direct"
+    warn_of_sensed_inertia(sensor, impedance, motion, sampling, hands, is_direct=direct)
 
 
-def _check_period(period: float, impedance: ImpedanceConfig, motion: MotionConfig) -> None:
+def _check_period(period: float, impedance: ImpedanceConfig, motion: MotionConfig | None) -> None:
     """Raises ConfigurationError if the sensor is slower than all that is to answer it."""
-    own, inner = impedance.natural_period(), 1.0 / min(motion.K_Dp, motion.K_Do)
-    if max(own, inner) < period:
+    longest = impedance.natural_period()
+    said = f"the impedance moves within √(M/K) = {longest:.3g} s"
+    if motion is not None:
+        inner = 1.0 / min(motion.K_Dp, motion.K_Do)
+        longest, said = (
+            max(longest, inner),
+            f"{said} and the inner loop within 1/K_D = {inner:.3g} s",
+        )
+    if longest < period:
         raise ConfigurationError(
-            f"sensor.period is {period:g} s; the impedance moves within √(M/K) = {own:.3g} s and "
-            f"the inner loop within 1/K_D = {inner:.3g} s, which readings as rare as these do not "
-            f"follow. Give at most {max(own, inner):.3g} s."
+            f"sensor.period is {period:g} s; {said}, which readings as rare as these do not "
+            f"follow. Give at most {longest:.3g} s."
         )
 
 
@@ -70,6 +86,8 @@ def warn_of_sensed_inertia(
     motion: MotionConfig | None = None,
     sampling: SamplingConfig | None = None,
     hands: int = 1,
+    *,
+    is_direct: bool = False,
 ) -> None:
     """Warns if what a sensor leaves of its tool's inertial load makes the loop unstable.
 
@@ -79,6 +97,7 @@ def warn_of_sensed_inertia(
         motion: of the same.
         sampling: of the same.
         hands: how many carry what has this impedance.
+        is_direct: whether it has no inner loop.
     """
     seen, load = sensor.inertia, sensor.config.inertial_load
     if seen is None or load == "plant" or sensor.tool.mass == 0:
@@ -93,6 +112,7 @@ def warn_of_sensed_inertia(
         step=step,
         follows=load == "reference",
         hands=hands,
+        is_direct=is_direct,
     )
     growth = loop.growth(*(max(1, round(T / step)) for T in (sampling.period, period)))
     if growth <= 1.0 + _GROWTH_TOLERANCE:
@@ -115,6 +135,7 @@ def sampled_loop(
     step: float,
     follows: bool = False,
     hands: int = 1,
+    is_direct: bool = False,
 ) -> SampledLoop:
     """Returns the loop of hand, impedance and inner loop about the posture of `seen`.
 
@@ -125,9 +146,10 @@ def sampled_loop(
         step: of plant and impedance [s].
         follows: whether the load of C's motion is removed.
         hands: how many carry what has this impedance.
+        is_direct: whether it has no inner loop.
     """
     gains = linear_gains(impedance, motion, seen.R_WE, hands)
-    return SampledLoop(seen.mobility, seen.tool, *gains, step, follows)
+    return SampledLoop(seen.mobility, seen.tool, *gains, step, follows, is_direct)
 
 
 def linear_gains(

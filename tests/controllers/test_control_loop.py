@@ -37,11 +37,19 @@ class Recorded:
         return loop.step(*signals, **more)
 
 
+PUSH = {"external": {"force": [10.0, -8.0, 6.0], "moment": [0.5, 0.3, -0.4], "start": 0.2}}
+# The damping is the default, since natural inertia takes no other.
+DIRECT = {
+    "form": "blocks",
+    "scheme": "direct",
+    "impedance": {"translation": {"damping": 2000.0}, "rotation": {"damping": 5.0}},
+}
+
+
 @cache
 def recorded(name: str) -> Recorded:
     """Records one arm while somebody pushes."""
-    push = {"force": [10.0, -8.0, 6.0], "moment": [0.5, 0.3, -0.4], "start": 0.2}
-    return Recorded(record(name, {"external": push}, ticks=TICKS))
+    return Recorded(record(name, PUSH, ticks=TICKS))
 
 
 @pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
@@ -51,6 +59,20 @@ def test_torques_are_those_of_the_diagram(name):
     torques = [was.reset(loop), *(was.step(loop, k) for k in range(1, TICKS))]
     assert abs(was.wrench).max() > 1.0  # something was felt
     np.testing.assert_allclose(torques, was.torques[:TICKS], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("inertia", ["desired", "natural"])
+def test_torques_of_a_direct_impedance_are_those_of_the_diagram(inertia):
+    """Natural inertia does not need to be told of the push."""
+    was = Recorded(record("disturbance", PUSH, DIRECT, {"inertia": inertia}, ticks=400))
+    loop = was.loop()
+    torques = [was.reset(loop), *(was.step(loop, k) for k in range(1, 400))]
+    assert abs(was.wrench).max() > 1.0
+    np.testing.assert_allclose(torques, was.torques[:400], rtol=0, atol=1e-9)
+    if inertia == "natural":
+        was.wrench[:] = np.nan
+        blind = [was.reset(loop), *(was.step(loop, k) for k in range(1, 400))]
+        np.testing.assert_array_equal(blind, torques)
 
 
 def test_a_saved_state_continues_to_the_bit():

@@ -116,6 +116,13 @@ def test_a_direct_impedance_has_another_border():
     assert observed_loop(arm.model, arm.q, heavy, observer).growth() < 1.0
 
 
+def test_natural_inertia_takes_no_wrench_and_is_not_asked(caplog):
+    config = ImpedanceControllerConfig(scheme="direct")
+    assert "unstable" in warning(caplog, config, 200.0)
+    config.inertia = "natural"
+    assert not warning(caplog, config, 200.0)
+
+
 def test_a_singular_posture_is_no_error(caplog):
     arm = trial("six_joint_arm")
     loop = observed_loop(arm.model, 0.0 * arm.q, gains(), MomentumObserverConfig())

@@ -1,5 +1,7 @@
 """How a whole controller reads joints: periods that fit, and readings that wrap."""
 
+import re
+
 import numpy as np
 import pytest
 from arms import make_arm_plant
@@ -9,8 +11,10 @@ from two_arms import FORMS, add_arms
 
 from geoimp_drake.controllers.config import ImpedanceControllerConfig, SamplingConfig
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
+from geoimp_drake.controllers.impedance_config import ImpedanceConfig, TranslationGains
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.validation import check
 
@@ -50,6 +54,52 @@ def test_readings_rarer_than_the_inner_loop_needs_are_refused(kind) -> None:
     config.sampling.period = 0.006
     with pytest.raises(ConfigurationError, match=r"period is 0\.006 s.*1/K_Do = 0\.005 s"):
         check(config)
+
+
+@pytest.mark.parametrize(
+    ("period", "damping", "said"),
+    [
+        (0.005, 2000.0, "M/D of translation = 0.0045 s"),
+        (0.02, 4000.0, "M/D of translation = 0.00225 s"),
+        (0.085, 100.0, "M/D of rotation = 0.08 s"),
+        (0.05, 20.0, "D/K of translation = 0.0286 s"),
+    ],
+)
+def test_readings_rarer_than_a_direct_impedance_needs_are_refused(period, damping, said) -> None:
+    config = ImpedanceControllerConfig(scheme="direct", sampling=SamplingConfig(period))
+    config.impedance.translation.damping = np.array(damping)
+    with pytest.raises(ConfigurationError, match=rf"period is {period:g} s; .*{re.escape(said)}"):
+        check(config)
+    config.sampling.period = 0.99 * float(said.split()[-2])
+    check(config)
+
+
+def test_an_impedance_that_is_not_the_hands_own_is_not_asked() -> None:
+    config = ImpedanceControllerConfig(sampling=SamplingConfig(0.01))
+    check(config)  # M/D is 4.5 ms
+    config.scheme = "direct"
+    config.impedance.axes = "rotation"
+    check(config)
+    config.impedance.axes, config.inertia = "both", "natural"
+    check(config)
+
+
+@pytest.mark.parametrize("zeta", [0.1, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("steps", [1, 10])
+def test_a_direct_impedance_swings_soon_after_the_period_that_is_asked_for(zeta, steps) -> None:
+    """Its loop with differenced velocities, `steps` of the plant between two readings."""
+    mass, stiffness, one = 9.0, 700.0, np.eye(6)
+    damping = 2.0 * zeta * np.sqrt(mass * stiffness)
+
+    def growth(period: float) -> float:
+        gains = one / mass, damping * one, stiffness * one, one, one
+        loop = SampledLoop(one / 20.0, 0.0 * one, *gains, period / steps, False, True)
+        return loop.growth(steps, steps)
+
+    gains = TranslationGains(*map(np.array, (mass, damping, stiffness)))
+    longest, _ = ImpedanceConfig(gains, axes="translation").shortest_time()
+    assert growth(0.85 * longest) < 1.0
+    assert growth(2.5 * longest if zeta > 0.1 else 10.0 * longest) > 1.0
 
 
 @pytest.mark.parametrize("form", FORMS)

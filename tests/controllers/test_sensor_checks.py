@@ -94,36 +94,43 @@ ARMS = {
     "own arm, 4 kg": lambda plant: own(plant, 4.0),
     "own arm, 12 kg": lambda plant: own(plant, 12.0),
 }
-# Arm, inertial load, and whether the loop is stable.
+# Scheme, arm, inertial load, and whether the loop is stable.
 LOOPS = [
-    *((arm, "plant", True) for arm in ARMS),
-    ("light6, all of the last joint's", "none", False),
-    ("light6, all of the last joint's", "reference", False),
-    ("light7, all of the last joint's", "none", False),
-    ("light6, 96 % of the last joint's", "none", True),
-    ("light6, 96 % of the last joint's", "reference", True),
-    ("light6, 98 % of the last joint's", "reference", False),
-    ("own arm, 4 kg", "none", True),
-    ("own arm, 12 kg", "none", False),
-    ("own arm, 12 kg", "reference", True),
+    *(("inner-loop", arm, "plant", True) for arm in ARMS),
+    ("inner-loop", "light6, all of the last joint's", "none", False),
+    ("inner-loop", "light6, all of the last joint's", "reference", False),
+    ("inner-loop", "light7, all of the last joint's", "none", False),
+    ("inner-loop", "light6, 96 % of the last joint's", "none", True),
+    ("inner-loop", "light6, 96 % of the last joint's", "reference", True),
+    ("inner-loop", "light6, 98 % of the last joint's", "reference", False),
+    ("inner-loop", "own arm, 4 kg", "none", True),
+    ("inner-loop", "own arm, 12 kg", "none", False),
+    ("inner-loop", "own arm, 12 kg", "reference", True),
+    ("direct", "light6, all of the last joint's", "plant", True),
+    # These two are unstable with an inner loop.
+    ("direct", "light6, 98 % of the last joint's", "none", True),
+    ("direct", "light6, 98 % of the last joint's", "reference", True),
+    ("direct", "own arm, 12 kg", "none", False),
 ]
 
 
-@pytest.mark.parametrize(("arm", "load", "stable"), LOOPS)
+@pytest.mark.parametrize(("scheme", "arm", "load", "stable"), LOOPS)
 def test_a_loop_is_warned_of_when_it_is_made_and_only_if_its_motions_grow(
-    caplog, arm: str, load: str, stable: bool
+    caplog, scheme: str, arm: str, load: str, stable: bool
 ) -> None:
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
     hand = ARMS[arm](plant)
     caplog.clear()
+    config = light_gains()
+    config.scheme = scheme
     with caplog.at_level(logging.WARNING, logger="drake"):
         controller = builder.AddSystem(
             make_impedance_controller(
-                plant, hand.arm, hand.E, light_gains(), sensor=hand.sensor(inertial_load=load)
+                plant, hand.arm, hand.E, config, sensor=hand.sensor(inertial_load=load)
             )
         )
-    said = [record.message for record in caplog.records if "inertial_load" in record.message]
+    said = [record.message for record in caplog.records if "unstable" in record.message]
     assert len(said) == (not stable)
     connect_wrist_sensors(builder, plant, controller)
     state = plant.get_state_output_port(hand.arm)
@@ -198,6 +205,15 @@ def test_what_is_not_compliant_does_not_move_with_the_reading(caplog) -> None:
         assert len(caplog.records) == warnings, axes
 
 
+def test_natural_inertia_is_not_moved_by_the_reading(caplog) -> None:
+    hand = own(MultibodyPlant(1e-3), 12.0)
+    config = ImpedanceControllerConfig(scheme="direct", inertia="natural")
+    caplog.clear()
+    sensor = hand.sensor(inertial_load="none", period=1.0)  # too slow for another
+    assert make_impedance_controller(hand.plant, hand.arm, hand.E, config, sensor=sensor)
+    assert not caplog.records
+
+
 def test_a_sensor_of_another_frame_is_refused() -> None:
     hand = own(MultibodyPlant(1e-3), 1.0)
     flange_side = hand.plant.GetFrameByName("tool")
@@ -232,6 +248,10 @@ def test_a_sensor_slower_than_impedance_and_inner_loop_is_refused(form: str) -> 
     assert make_impedance_controller(hand.plant, hand.arm, hand.E, config, sensor=quick)
     with pytest.raises(ConfigurationError, match=r"sensor\.period is 1 s.* = 0\.113 s.*0\.0154 s"):
         make_impedance_controller(hand.plant, hand.arm, hand.E, config, sensor=slow)
+    config.scheme = "direct"  # no loop that could be slower
+    with pytest.raises(ConfigurationError, match=r"√\(M/K\) = 0\.113 s, which readings as rare"):
+        make_impedance_controller(hand.plant, hand.arm, hand.E, config, sensor=slow)
+    config.scheme = "inner-loop"
     config.impedance.axes = "rotation"  # √(0.4/2) s
     with pytest.raises(ConfigurationError, match=r"at most 0\.447 s"):
         make_impedance_controller(hand.plant, hand.arm, hand.E, config, sensor=slow)

@@ -44,6 +44,20 @@ def test_a_drive_leaves_the_files_of_a_run_and_its_last_ticks(scenario, capsys):
     assert len(replay) > 1_000_000  # with the poses that the arm has gone through
 
 
+@pytest.mark.parametrize("inertia", ["desired", "natural"])
+def test_a_drive_without_an_inner_loop_goes_where_it_should(inertia, scenario):
+    if inertia == "natural":
+        lines = SCENARIO.splitlines()[:-2]
+        stiffnesses = "  translation: {stiffness: 500.0}\n  rotation: {stiffness: 50.0}\n"
+        scenario.write_text("\n".join(lines) + "\n" + stiffnesses, "utf-8")
+    words = ("--set", "scheme=direct", "--set", f"inertia={inertia}", "--no-figures")
+    assert main(["drive", "mine.yaml", *words]) == 0
+    with np.load(scenario.parent / "results" / "mine" / "log.npz") as log:
+        D, E, C = (log[f"mine/motion_{frame}"] for frame in "DEC")
+    np.testing.assert_allclose(E[-1, POSITION], D[-1, POSITION], rtol=0, atol=2e-4)
+    np.testing.assert_array_equal(C[:, POSITION], E[:, POSITION])
+
+
 def test_an_error_in_what_follows_leaves_the_last_ticks(scenario, monkeypatch):
     def fail(*_):
         raise ConfigurationError("no replay")

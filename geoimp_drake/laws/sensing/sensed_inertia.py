@@ -10,6 +10,7 @@ for a contact and moves C by −M⁻¹ M_t a. So this step's acceleration has th
 
 and one eigenvalue λ of that factor alone is stable for −1 < λ < K_D/(K_D + K_P T), roughly.
 With the load of C's motion removed, the same holds for E's motion relative to C, without M⁻¹.
+In the scheme `direct` C is E as read, and M⁻¹D, M⁻¹K are in the place of K_D, K_P.
 """
 
 from dataclasses import dataclass
@@ -48,6 +49,7 @@ class SampledLoop:
     K_P: Array
     step: float  # of plant and impedance [s]
     follows: bool  # whether the load of C's motion is removed
+    is_direct: bool = False  # whether C is E as read, without an inner loop
 
     def growth(self, read_every: int = 1, sense_every: int = 1) -> float:
         """Returns by what the largest motion grows in a step: more than one is unstable.
@@ -59,7 +61,10 @@ class SampledLoop:
         # Of E: x, v, and as they were read; of C: c, w; h as it was read.
         x, v, x_read, v_read, c, w, h = np.split(np.eye(42), 7)
         steps = int(np.lcm(read_every, sense_every))
+        compliant = np.diag(np.any(self.mass_inverse, axis=1).astype(float))
         for k in range(steps):
+            if self.is_direct:
+                c, w = compliant @ x_read, compliant @ v_read
             a_C = -self.mass_inverse @ (self.damping @ w + self.stiffness @ c + h)
             pull = self.K_D @ (w - v_read) + self.K_P @ (c - x_read)
             a = a_C + pull + self.mobility @ h
@@ -69,7 +74,8 @@ class SampledLoop:
                 h = self.tool @ (a - a_C if self.follows else a)
             if k % read_every == 0:
                 x_read, v_read = x, (x - x_read) / (self.step * read_every)
-            c, w = self._next(c, w, h)
+            if not self.is_direct:
+                c, w = self._next(c, w, h)
         eigenvalues = np.linalg.eigvals(np.vstack((x, v, x_read, v_read, c, w, h)))
         return float(np.abs(eigenvalues).max() ** (1.0 / steps))
 
