@@ -9,6 +9,7 @@ from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance,
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
 from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_form
 from geoimp_drake.parts.impedance import AXES, TRANSLATION_AXES, Impedance
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, finite_array, key, spd_matrix
 
@@ -124,9 +125,10 @@ class ImpedanceConfig:
         """Returns whether K_p is in D's axes; otherwise it is in W's."""
         return self.coupling is not None or self.translation.axes == "desired"
 
-    def masses(self) -> Array:
-        """Returns M_o and M_p (2, 3, 3), the latter as given, whatever its axes."""
-        return np.array([self.gains(part)[0] for part in ("rotation", "translation")])
+    def masses(self) -> Masses:
+        """Returns M_o and M_p."""
+        M_o, M_p = (self.gains(part)[0] for part in ("rotation", "translation"))
+        return Masses(M_o, M_p, self.translation.axes == "desired")
 
     def natural_period(self) -> float:
         """Returns the shortest √(M/K) of what is compliant, infinite if nothing is [s]."""

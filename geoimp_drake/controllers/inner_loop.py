@@ -9,6 +9,7 @@ from geoimp_drake.controllers.config import MotionConfig, RedundancyConfig, Samp
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import JointLimits, LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.systems.arm.arm_model import ArmModel
@@ -18,7 +19,6 @@ from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
 from geoimp_drake.task_functions.task_function import TaskFunction
-from geoimp_drake.typing import Array
 
 __all__ = ["InnerLoopParts", "InnerLoopPorts", "add_inner_loop", "make_inner_loop"]
 
@@ -40,7 +40,7 @@ class InnerLoopParts:
         sampling: SamplingConfig,
         redundancy: RedundancyConfig,
         limits: LimitsConfig | None = None,
-        masses: Array | None = None,
+        masses: Masses | None = None,
         task_function: TaskFunction | None = None,
     ) -> "InnerLoopParts":
         """Returns the parts.
@@ -51,7 +51,7 @@ class InnerLoopParts:
             sampling: of the readings.
             redundancy: of the null-space motion, and of the damping near singularities.
             limits: how the joints' limits are kept; None for not at all.
-            masses: M_o and M_p of the impedance (2, 3, 3); unit matrices by default.
+            masses: of the impedance; unit matrices by default.
             task_function: in the place of the configured one.
 
         Raises:

@@ -21,10 +21,10 @@ from geoimp_drake.laws.impedance.compliant_motion import (
     has_diverged,
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
-from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.rotations import quaternion
@@ -85,6 +85,7 @@ class Impedance:
         self._rotates = axes in ("both", "rotation")
         self._translates = axes in ("both", "translation")
         self._in_desired = translation_axes == "desired"
+        self._masses = Masses(rotation.M_o, self._M_p, self._in_desired)
         self._energies = Energies(
             self._M_p, self._D_p, self._K_p, rotation, self._K_c, in_desired=self._in_desired
         )
@@ -257,16 +258,9 @@ class Impedance:
         energy = ImpedanceEnergy(self.energy(now, C, NO_SLACK))
         gained = energy.translational_dissipated_power + energy.rotational_dissipated_power
         held = memory[self.memory.held]
-        mass = self._mass(C, now["desired_motion"])
+        attitudes = (quaternion.to_rotation(X[QUATERNION]) for X in (C, now["desired_motion"]))
+        mass = self._masses.in_world(*attitudes)
         self._back.keep(held, slack, C[VELOCITY], mass, gained, now.time)
-
-    def _mass(self, C: Array, D: Array) -> Array:
-        """Returns the mass matrix in W (6, 6): M_o turned with C (19,), M_p with D if given so."""
-        R_WC, M = quaternion.to_rotation(C[QUATERNION]), np.zeros((6, 6))
-        M[:3, :3], M[3:, 3:] = turned(self.rotation.M_o, R_WC), self._M_p
-        if self._in_desired:
-            M[3:, 3:] = turned(self._M_p, quaternion.to_rotation(D[QUATERNION]))
-        return M
 
     def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:
         conditioning = self.rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)

@@ -10,13 +10,13 @@ from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.limits.constrained_acceleration import constrained_acceleration
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     SingularityDamping,
     smallest_singular_value,
 )
 from geoimp_drake.parts.hold_back import NO_SLACK
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory
 from geoimp_drake.parts.quadratic_program import minimum
 from geoimp_drake.typing import Array
@@ -88,7 +88,7 @@ class JointLimits:
     Args:
         model: the arm.
         config: how they are kept; None for no limits at all.
-        masses: M_o and M_p of the impedance, by which the task is weighed (2, 3, 3).
+        masses: of the impedance, by which the task is weighed; unit matrices by default.
         damping: near singularities.
 
     Attributes:
@@ -103,14 +103,14 @@ class JointLimits:
         self,
         model: ControlModel,
         config: LimitsConfig | None,
-        masses: Array | None = None,
+        masses: Masses | None = None,
         damping: SingularityDamping | None = None,
     ):
         n = model.num_joints
         self.is_on, self.num_joints = config is not None, n
         self.memory = Memory(limited=np.zeros(len(_FIELDS)), warned=np.zeros(len(_KINDS)))
         damping = damping or SingularityDamping()
-        self._masses = np.array([np.eye(3), np.eye(3)]) if masses is None else masses
+        self._masses = masses or Masses()
         self._law = compiled(constrained_acceleration)
         if config is None:
             none = np.full(n, np.inf)
@@ -162,11 +162,8 @@ class JointLimits:
             _log.warning(f"{system}: at t = {time:.3f} s {said}; it does not follow as asked.")
 
     def _weight(self, arm: ArmState) -> Array:
-        """Returns the mass matrix in W (6, 6): M_o turns with C, where E is."""
-        W = np.zeros((6, 6))
-        W[:3, :3] = turned(self._masses[0], arm.R_WE)
-        W[3:, 3:] = self._masses[1]
-        return W
+        """Returns the mass matrix in W (6, 6) with C and D where E is, the attitude known here."""
+        return self._masses.in_world(arm.R_WE, arm.R_WE)
 
     def _acting(
         self, arm: ArmState, alpha: Array, lower: Array, upper: Array

@@ -119,24 +119,33 @@ def test_where_nothing_binds_limits_change_nothing() -> None:
 
 
 def test_free_directions_keep_their_law() -> None:
+    assert_slack_is_by_the_joint_at_its_end(run("joint stop"), np.diag([9.0, 9.0, 9.0]))
+
+
+def test_they_keep_it_with_masses_in_axes_that_turn() -> None:
+    made, M_p = config(), np.diag([3.0, 9.0, 27.0])
+    made.impedance.translation.mass, made.impedance.translation.axes = M_p, "desired"
+    assert_slack_is_by_the_joint_at_its_end(CASES["joint stop"][0](made), M_p)
+
+
+def assert_slack_is_by_the_joint_at_its_end(driven: Driven, M_p: np.ndarray) -> None:
     """Beyond the reach of one direction, C's law is that of the impedance in the others.
 
-    What it lacks there is J⁻ᵀ of the torques by which the joints are held, by W = M.
+    What it lacks there is J⁻ᵀ of the torques by which the joints are held, by W = M in E.
     """
-    driven = run("joint stop")
     slack = driven.limited[:, SLACK]
     acting = np.flatnonzero(driven.limited[:, 0] == 1)
     assert len(acting) > 20
-    masses = np.array([0.4, 0.4, 0.4, 9.0, 9.0, 9.0])
     context = driven.plant.CreateDefaultContext()
     E, W = driven.plant.GetFrameByName("flange"), driven.plant.world_frame()
     for k in acting[::10]:
         if driven.limited[k, 1:4].any():
             continue
         driven.plant.SetPositions(context, driven.q[k])
+        R = E.CalcPoseInWorld(context).rotation().matrix()
         J = driven.plant.CalcJacobianSpatialVelocity(context, JacobianWrtVariable.kV, E, NONE, W, W)
-        forces = np.abs(J.T @ (masses * slack[k]))
-        assert np.sort(forces)[-2] < 0.3
+        force = np.concatenate((0.4 * slack[k, :3], R @ M_p @ R.T @ slack[k, 3:]))
+        assert np.sort(np.abs(J.T @ force))[-2] < 0.3
 
 
 def test_it_works_as_well_without_daqp(monkeypatch) -> None:

@@ -4,9 +4,9 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts import constrained_acceleration as part
 from geoimp_drake.parts.joint_limits import JointLimits, LimitsConfig
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Part
 from geoimp_drake.systems.part_system import PartSystem
-from geoimp_drake.typing import Array
 
 __all__ = ["ConstrainedAcceleration"]
 
@@ -30,7 +30,8 @@ class ConstrainedAcceleration(PartSystem):
     Args:
         model: the arm's control model, whose limits are kept.
         config: how.
-        masses: M_o, in E, and M_p, in W, of the impedance (2, 3, 3); unit matrices by default.
+        masses: of the impedance, what is in the axes of C or D turned with E; unit matrices by
+            default.
         damping: near singularities.
 
     Raises:
@@ -50,7 +51,7 @@ class ConstrainedAcceleration(PartSystem):
         self,
         model: ControlModel,
         config: LimitsConfig | None = None,
-        masses: Array | None = None,
+        masses: Masses | None = None,
         damping: SingularityDamping | None = None,
     ):
         limits = JointLimits(model, config or LimitsConfig(), masses, damping)
