@@ -13,7 +13,7 @@ from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.simulation.claims import phase_reached
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
-from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -45,7 +45,7 @@ ORIENTATION_LABELS = {
 
 def end_reached(log: Log, segments: Sequence[MotionSegment]) -> bool:
     """Returns whether the run went on to the end of its motion."""
-    return phase_reached(log, sum(segment.duration for segment in segments))
+    return phase_reached(log, length_of(segments))
 
 
 def ended_in_contact(log: Log, segments: Sequence[MotionSegment]) -> bool:

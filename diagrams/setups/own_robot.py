@@ -24,7 +24,7 @@ from geoimp_drake.robot_files.proposal import Proposal, propose
 from geoimp_drake.robot_files.survey import RobotSurvey, survey_robot
 from geoimp_drake.simulation.experiment import cannot_start
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 
 __all__ = ["WITH_SHAPES", "OwnRobot", "describe", "propose_scenario", "said_of"]
@@ -139,7 +139,7 @@ def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
             MotionSegment(_BACK, 0.0 - there, name="back"),
         ]
     if proposal.push.any():
-        begin = _BEFORE_PUSH + sum(segment.duration for segment in scenario.segments)
+        begin = _BEFORE_PUSH + length_of(scenario.segments)
         scenario.external = WrenchRamp(force=proposal.push, start=begin)
     scenario.segments.append(MotionSegment(_PUSHED, name="pushed"))
 

@@ -13,7 +13,7 @@ from geoimp_drake.diagrams.setups.world import WorldConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
-from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.validation import LARGEST_SEED, key, positive, whole_number
 
 __all__ = ["CompliantArmSettings", "RunSettings", "differenced"]
@@ -73,7 +73,7 @@ class RunSettings:
             return
         if not segments:
             raise ConfigurationError("There is no motion; give a duration.")
-        self.check_length(sum(segment.duration for segment in segments))
+        self.check_length(length_of(segments))
 
     def check_length(self, duration: float) -> None:
         """Raises ConfigurationError if a run of a duration [s] has too many steps or log rows.

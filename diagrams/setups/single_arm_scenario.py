@@ -8,7 +8,7 @@ from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.posture import StartConfig
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.robot_files.config import RobotConfig
-from geoimp_drake.systems.sources.desired_motion import MotionSegment
+from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.validation import choice, key
 
@@ -39,7 +39,7 @@ class SingleArmScenario(CompliantArmSettings):
         """How long the run is [s]: its duration, or all of the motion."""
         if self.duration is not None:
             return self.duration
-        return sum(segment.duration for segment in self.segments)
+        return length_of(self.segments)
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -21,7 +21,7 @@ from geoimp_drake.parts.part import Memory, Now, Output, held
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import UNBOUNDED, check, key, non_negative, positive
 
-__all__ = ["Mode", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
+__all__ = ["Mode", "Stop", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
 
 _log = logging.getLogger("drake")
 
@@ -38,6 +38,17 @@ class Mode(IntEnum):
     HOLD = 3  # a signal is missing: the last torques are kept
     BRAKE = 4  # D comes to rest
     STOPPED = 5  # D rests for good
+
+
+class Stop(IntEnum):
+    """Why a supervised arm is to come to rest, at its input `stop`."""
+
+    NO = 0
+    ASKED = 1  # somebody wants it
+    ENDED = 2  # the desired motion is over
+
+
+_STOPS = {Stop.ASKED: "asked to stop", Stop.ENDED: "the motion has ended"}
 
 
 def _limit(value: float) -> float:
@@ -118,7 +129,8 @@ class Supervisor:
             held=motion,  # D as braking began
             sent=np.zeros(n),  # the torques of the last tick
             reached=0.0,  # when the torques sent were last those asked [s]
-            taken_over=np.zeros(n),  # the robot's own, from which ours fade in
+            taken_over=np.zeros(n),  # from which ours fade in: the robot's own, or those held
+            held_in=float(Mode.RUN),  # what a missing reading has interrupted
         )
         self.samplings = ((period, self.sample),)
         self.outputs = (
@@ -163,8 +175,8 @@ class Supervisor:
             return None
         if mode is Mode.BRAKE:
             return (Mode.STOPPED, "D rests") if elapsed >= config.brake else None
-        if now["stop"][0]:
-            return Mode.BRAKE, "asked to stop"
+        if stop := now["stop"][0]:
+            return Mode.BRAKE, _STOPS.get(stop, _STOPS[Stop.ASKED])
         missing = now.time - memory[self.memory.seen]
         if missing > config.hold:
             return Mode.BRAKE, f"no valid reading for {1e3 * missing:.0f} ms"
@@ -173,7 +185,7 @@ class Supervisor:
         if (excess := self._excess(memory, now)) is not None:
             return Mode.BRAKE, excess
         if mode is Mode.HOLD:
-            return Mode.RUN, "valid readings again"
+            return Mode(int(memory[self.memory.held_in])), "valid readings again"
         if mode is Mode.SOFT_START and elapsed >= config.soft_start:
             return Mode.RUN, "the torques have faded in"
         return None
@@ -208,14 +220,14 @@ class Supervisor:
 
     def _change(self, mode: Mode, after: Mode, reason: str, memory: Array, now: Now) -> None:
         places = self.memory
-        # Short gaps are many on a busy machine.
-        tell = (
-            _log.debug if Mode.HOLD in (mode, after) and after is not Mode.BRAKE else _log.warning
-        )
+        is_unforeseen = after is Mode.BRAKE and reason != _STOPS[Stop.ENDED]
+        tell = _log.warning if is_unforeseen else _log.info
         tell(f"{now.system}: t = {now.time:.3f} s: {mode.name} to {after.name}, {reason}.")
         memory[places.mode], memory[places.since] = float(after), now.time
         if after is Mode.SOFT_START:
-            memory[places.taken_over] = memory[places.sent] = now["measured_torque"]
+            memory[places.taken_over] = memory[places.sent]
+        if after is Mode.HOLD:
+            memory[places.held_in] = float(mode)
         if after is Mode.BRAKE:
             memory[places.held] = memory[places.desired]
 

@@ -13,12 +13,12 @@ from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.observer_checks import warn_of_late_torque
-from geoimp_drake.errors import ConfigurationError, GeoimpError
+from geoimp_drake.errors import GeoimpError
 from geoimp_drake.laws.compositions.momentum_observation import external_wrench
-from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
-from geoimp_drake.parts.supervisor import Mode, Supervisor, SupervisorConfig
+from geoimp_drake.parts.supervisor import Mode, Stop, Supervisor, SupervisorConfig
+from geoimp_drake.robots.drive_checks import check_fit, check_status, is_finite_status
 from geoimp_drake.robots.drive_log import DriveLog, TickLog
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.simulation.garbage import only_new_garbage
@@ -81,7 +81,7 @@ class Drive:
     def __init__(self, robot: RobotArm, loop: ControlLoop, config: DriveConfig | None = None):
         self._config = config = config or DriveConfig()
         check(config, "drive")
-        _check_fit(robot, loop)
+        check_fit(robot, loop)
         self._robot, self._loop = robot, loop
         self._supervisor = PartLoop(_supervisor_of(robot, loop, config.supervisor), robot.name)
         self._observer = None
@@ -101,7 +101,7 @@ class Drive:
             RobotError: the robot does not answer, or is not of this arm.
         """
         loop = self._loop
-        status = _check_status(self._robot.connect(), self._robot, loop)
+        status = check_status(self._robot.connect(), self._robot, loop)
         if not self._is_judged:
             self._is_judged = True
             q = loop.joints.from_base(status.q)
@@ -139,14 +139,13 @@ class Drive:
     def _rehearse(self, status: RobotStatus) -> None:
         """Computes a tick for nothing: what is compiled then would keep the robot waiting."""
         self._begin(status)
-        period, D = self._robot.period, self._motion.evaluate(0.0)
-        self._loop.step(status.q, status.v, self._wrench(status, period), D, period)
+        self._compute(replace(status, time=status.time + self._robot.period), _NO)
 
     def _mode(self) -> Mode:
         return Mode(int(self._supervisor.output("mode")[0]))
 
     def _begin(self, status: RobotStatus | None) -> None:
-        status = _check_status(status, self._robot, self._loop)
+        status = check_status(status, self._robot, self._loop)
         self._last = self._now = status.time
         self._clock, self._heard = 0.0, time.perf_counter()
         self._sent, self._stops = status.torque, False
@@ -169,10 +168,17 @@ class Drive:
 
     def _tick(self, status: RobotStatus | None) -> None:
         begun = time.perf_counter()
+        self._note_silence(begun)
+        wrench = self._compute(status)
+        self._robot.write(self._sent)
+        self._keep(status, wrench, time.perf_counter() - begun)
+
+    def _compute(self, status: RobotStatus | None, valid: Array = _YES) -> Array | float:
+        """Finds what is sent; returns the wrench. A status that is not valid starts nothing."""
         supervisor, loop = self._supervisor, self._loop
         elapsed = passed = self._robot.period
-        is_new = status is not None and status.time > self._last and _is_finite(status)
-        readings = {"valid": _YES if is_new else _NO}
+        is_new = status is not None and status.time > self._last and is_finite_status(status)
+        readings = {"valid": valid if is_new else _NO}
         if status is not None and is_new:
             elapsed, self._last = status.time - self._last, status.time
             # Ticks without a status have counted already, also where it was only late.
@@ -183,18 +189,21 @@ class Drive:
                 "measured_motion": loop.output("measured_motion"),
                 "compliant_motion": loop.output("compliant_motion"),
             }
-        self._note_silence(begun)
-        if self._mode() in (Mode.RUN, Mode.HOLD):
+        # A gap in a soft start does not set D in motion.
+        if (mode := self._mode()) is Mode.RUN or (mode is Mode.HOLD and self._clock > 0.0):
             self._clock += passed
         self._now += passed
-        readings["stop"] = _YES if self._stops or self._clock > self._duration else _NO
+        readings["stop"] = self._stop()
         supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, passed)
         if status is not None and is_new:
             D, h = supervisor.output("supervised_motion"), readings["wrench"]
             supervisor.feed({"torque": loop.step(status.q, status.v, h, D, elapsed)})
         self._sent = supervisor.output("supervised_torque").copy()
-        self._robot.write(self._sent)
-        self._keep(status, readings.get("wrench", np.nan), time.perf_counter() - begun)
+        return readings.get("wrench", np.nan)
+
+    def _stop(self) -> Array:
+        ended = Stop.ENDED if self._clock > self._duration else Stop.NO
+        return np.array([float(Stop.ASKED if self._stops else ended)])
 
     def _keep(self, status: RobotStatus | None, wrench: Array | float, computing: float) -> None:
         motions = {
@@ -261,40 +270,3 @@ def _supervisor_of(robot: RobotArm, loop: ControlLoop, config: SupervisorConfig)
     rate = min(config.limits.torque_rate, robot.torque_rate)
     limits = replace(config.limits, torque_rate=rate)
     return Supervisor(loop.joints.effort_limits, replace(config, limits=limits), robot.period)
-
-
-def _check_fit(robot: RobotArm, loop: ControlLoop) -> None:
-    if tuple(robot.joints) != loop.joints.names:
-        raise ConfigurationError(
-            f"{robot.name} has the joints {', '.join(robot.joints)}; the controller's are "
-            f"{', '.join(loop.joints.names)}. Make it with joints=robot.joints."
-        )
-    if abs(robot.period - loop.period) > 1e-9:
-        raise ConfigurationError(
-            f"{robot.name} ticks every {robot.period:g} s; the controller's sampling.period is "
-            f"{loop.period:g} s. Give it the robot's."
-        )
-    if robot.gravity != loop.gravity:
-        raise ConfigurationError(
-            f"Gravity would be compensated {'twice' if robot.gravity == 'robot' else 'by nobody'}: "
-            f"{robot.name} says that the {robot.gravity} does it, the controller was made with "
-            f"gravity='{loop.gravity}'. Give it gravity='{robot.gravity}'."
-        )
-
-
-def _check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop) -> RobotStatus:
-    """Returns a robot's first status; raises RobotError if there is none, or not of this arm."""
-    n = len(loop.joints.names)
-    if status is None:
-        raise RobotError(f"{robot.name} does not answer. Is it switched on, and its address right?")
-    if not all(len(values) == n for values in (status.q, status.v, status.torque)):
-        raise RobotError(f"{robot.name} reports {len(status.q)} joints; the controller has {n}.")
-    if not _is_finite(status):
-        raise RobotError(f"{robot.name} reports q = {status.q}, v = {status.v}; that is no status.")
-    return status
-
-
-def _is_finite(status: RobotStatus) -> bool:
-    values = (status.q, status.v, status.torque)
-    more = (status.wrench, status.external_torque)
-    return all(is_finite(value) for value in (*values, *more) if value is not None)

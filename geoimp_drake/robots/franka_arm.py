@@ -157,12 +157,14 @@ def _same_scheduler() -> Iterator[None]:
 
 
 def _status(state: Any) -> RobotStatus:
+    external = list(state.tau_ext_hat_filtered)
     return RobotStatus(
         time=state.time.to_sec(),
         q=np.array(state.q),
         v=np.array(state.dq),
         # Commanded, since what is measured contains the weight.
         torque=np.array(state.tau_J_d),
-        # Measured less expected: what the joints exert on what touches the arm.
-        external_torque=-np.array(state.tau_ext_hat_filtered),
+        # Measured less expected: what the joints exert on what touches the arm. `franky-sim`
+        # expects nothing, and repeats what it measures: that is no estimate.
+        external_torque=None if external == list(state.tau_J) else -np.array(external),
     )

@@ -1,7 +1,6 @@
 """An arm behind Drake's LCM messages, driven or simulated."""
 
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -154,7 +153,6 @@ class LcmRobot:
             for _ in range(self._ticks):
                 status = self._arm.read()
             sent = time.monotonic()
-            status = replace(status, external_torque=self._arm.external_torque())
             message = self._messages.write_status(status)
             self._lcm.Publish(f"{self._channel}_STATUS", message.encode())
             if is_answered:

@@ -15,7 +15,9 @@ __all__ = ["PlantArm"]
 class PlantArm:
     """The driver of an arm in a plant; see `RobotArm`. Time passes as statuses are read.
 
-    Until torques are taken over the arm rests: whoever holds it exerts what its weight asks for.
+    Its status has what pushes and contacts do to the joints, and not the weight of a payload, which
+    whoever holds the arm knows. Until torques are taken over the arm rests: whoever holds it exerts
+    what its weight asks for.
 
     Args:
         diagram: contains the plant, whose actuation of the arm is not connected.
@@ -105,7 +107,10 @@ class PlantArm:
         q, v = self._plant.GetPositions(self._context), self._plant.GetVelocities(self._context)
         context = self.simulator.get_context()
         wrench = None if self._wrench is None else self._wrench.Eval(context).copy()
-        return RobotStatus(context.get_time(), q[self._q], v[self._v], self._torque, wrench)
+        external = self.external_torque()
+        return RobotStatus(
+            context.get_time(), q[self._q], v[self._v], self._torque, wrench, external
+        )
 
     def _weight(self) -> Array:
         weight: Array = -self._plant.CalcGravityGeneralizedForces(self._context)[self._v]

@@ -25,7 +25,8 @@ class RobotStatus:
             that itself (n) [Nm, N].
         wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6), None if the
             robot measures none.
-        external_torque: on the joints, from what touches the arm (n); None if not estimated.
+        external_torque: on the joints, from what touches the arm or hangs on it and the robot does
+            not know (n); None if not estimated.
     """
 
     time: float

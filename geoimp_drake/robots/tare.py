@@ -35,8 +35,9 @@ def read_at_rest(
 ) -> TareReading:
     """Returns positions and external torques of a connected robot, means of some statuses.
 
-    They are what the robot estimates itself; or, if the controller holds the weight, what the
-    joints exert beyond the weight of the model. At the wrist it is the wrench that is reported.
+    If the controller holds the weight, they are what the joints exert beyond the weight of the
+    model, whatever the robot knows of its load; else what the robot estimates itself. At the wrist
+    it is the wrench that is reported.
 
     Args:
         robot: connected; nothing is commanded.
@@ -131,9 +132,9 @@ def _wrench(robot: RobotArm, status: RobotStatus) -> Array:
 def _external(
     robot: RobotArm, status: RobotStatus, joints: RobotJoints, model: ControlModel
 ) -> Array:
-    if status.external_torque is not None:
-        return status.external_torque
     if robot.gravity == "robot":
+        if status.external_torque is not None:
+            return status.external_torque
         raise RobotError(
             f"{robot.name} reports no external torques and holds the weight itself; a load cannot "
             f"be seen at its joints. Use a wrist sensor, with --wrist."

@@ -1,11 +1,11 @@
 """Supervision of an arm under control, as a block before and behind its controller."""
 
-from geoimp_drake.parts.supervisor import Mode, SupervisorConfig, SupervisorLimits
+from geoimp_drake.parts.supervisor import Mode, Stop, SupervisorConfig, SupervisorLimits
 from geoimp_drake.parts.supervisor import Supervisor as SupervisorPart
 from geoimp_drake.systems.part_system import PartSystem
 from geoimp_drake.typing import Array
 
-__all__ = ["Mode", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
+__all__ = ["Mode", "Stop", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
 
 
 class Supervisor(PartSystem):
@@ -16,14 +16,16 @@ class Supervisor(PartSystem):
     ```
 
     It waits for a valid reading; then the torques fade from the robot's own to the controller's.
-    A missing reading is bridged by the last torques. When one is missing for too long, when a
+    A missing reading is bridged by the last torques, in a soft start too, which then begins again
+    from these. When one is missing for too long, when a
     signal exceeds its limit or somebody asks for it, D comes to rest along `braked_motion`, and
     stays. Torques never change faster than their limit. Each change of mode is told in Drake's
-    log, with its reason.
+    log, with its reason: a warning where the arm is braked before its motion has ended.
 
     ```
-    INIT ─▶ SOFT_START ─▶ RUN ◀─▶ HOLD
-                 └─────────┴───▶ BRAKE ◀──┘ ─▶ STOPPED
+    INIT ─▶ SOFT_START ─▶ RUN ─▶ BRAKE ─▶ STOPPED
+                 ▲         ▲
+                 └─ HOLD ──┘        from any of the three ─▶ BRAKE
     ```
 
     It is not a certified safety function.
@@ -44,7 +46,7 @@ class Supervisor(PartSystem):
         input torque: that the controller asks for (n)
         input measured_torque: that the robot exerts before it is taken over (n)
         input valid: 1 if there is a new reading, else 0 (1)
-        input stop: 1 to brake, else 0 (1)
+        input stop: to brake, see `Stop`; 1 if somebody asks for it, else 0 (1)
         output supervised_motion: D, or how it comes to rest, for the controller (19)
         output supervised_torque: for the robot (n)
         output mode: see `Mode` (1)

@@ -4,11 +4,14 @@ import os
 import signal
 import time
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 from driven_arm import STIFFNESS, Between, DrivenArm
 
+from geoimp_drake.compilation import compiled
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import LINEAR_VELOCITY, POSITION
@@ -49,6 +52,93 @@ def test_a_push_is_observed_and_yielded_to():
     log = DrivenArm(push=push).drive(6.0)
     way = log.values["motion_E"][-1, POSITION] - log.values["motion_D"][-1, POSITION]
     np.testing.assert_allclose(way, [0.0, 0.0, 15.0 / STIFFNESS], rtol=0, atol=5e-3 * 0.03)
+
+
+def told(caplog: pytest.LogCaptureFixture) -> list[tuple[str, str]]:
+    """Returns level and words of each change of mode, in their order."""
+    records = [(record.levelname, record.getMessage()) for record in caplog.records]
+    return [(level, words) for level, words in records if " to " in words and "t = " in words]
+
+
+def test_every_change_of_mode_is_told_once_with_its_reason(caplog):
+    """Fifteen ticks without a status are one change; a motion that ends by itself is no warning."""
+    caplog.set_level("INFO", "drake")
+
+    def disturb(count, status):
+        return None if 600 <= count < 615 else status
+
+    log = DrivenArm().drive(0.3, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    expected = [
+        "INIT to SOFT_START, the first valid reading.",
+        "SOFT_START to RUN, the torques have faded in.",
+        "RUN to HOLD, no valid reading.",
+        "HOLD to RUN, valid readings again.",
+        "RUN to BRAKE, the motion has ended.",
+        "BRAKE to STOPPED, D rests.",
+    ]
+    assert [words.split(": ")[-1] for _, words in told(caplog)] == expected
+    assert {level for level, _ in told(caplog)} == {"INFO"}
+    assert len(modes(log)) == len(expected)
+
+
+def test_a_status_lost_in_the_soft_start_does_not_end_it():
+    """The robot's own torques are 0.5 Nm away from the controller's: these fade in all the same."""
+
+    def disturb(count, status):
+        return None if 200 <= count < 210 else replace(status, torque=status.torque + 0.5)
+
+    arm = DrivenArm()
+    log = arm.drive(0.5, MOVE, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    begun = [Mode.SOFT_START, Mode.HOLD, Mode.SOFT_START, Mode.RUN]
+    assert modes(log)[: len(begun)] == begun
+    fading = np.flatnonzero(log.values["mode"][:, 0] == Mode.SOFT_START)
+    torque = log.values["torque"][: fading[-1] + 1]
+    assert np.abs(np.diff(torque, axis=0)).max() < 0.1
+    assert np.abs(torque[0]).max() > 0.4
+    D = log.values["motion_D"]
+    np.testing.assert_array_equal(D[fading[-1], POSITION], D[0, POSITION])
+
+
+class Counting(Between):
+    """Counts the laws that are compiled when the torques are taken over, and when given back."""
+
+    counts: list[int]
+    made: list[Any]
+
+    def count(self) -> None:
+        self.counts.append(sum(len(law.overloads) for law in self.made))
+
+    def start(self) -> None:
+        self.count()
+
+    def stop(self) -> None:
+        self.count()
+
+
+@pytest.mark.skipif(not compiled.is_available(), reason="numba is not there")
+@pytest.mark.parametrize("wrench", ["observer", "robot"])
+def test_nothing_is_compiled_once_the_torques_are_taken_over(wrench, monkeypatch):
+    """Through a rest, a gap, a motion and a stop, by laws that were compiled nowhere before."""
+    made = []
+
+    @cache
+    def anew(law):
+        made.append(original(law))
+        return made[-1]
+
+    original = compiled._compiled.__wrapped__
+    monkeypatch.setattr(compiled, "_compiled", anew)
+
+    def through(robot):
+        driver = Counting(robot, lambda count, status: None if 600 <= count < 603 else status)
+        driver.made, driver.counts = made, counts
+        return driver
+
+    counts: list[int] = []
+    rest, config = MotionSegment(0.2), DriveConfig(wrench=wrench)
+    log = DrivenArm().drive(0.5, rest, MOVE, config=config, through=through)
+    assert len(modes(log)) == 6
+    assert counts[0] == counts[1] > 5
 
 
 @pytest.mark.parametrize("lost", [1, 15])
@@ -176,7 +266,7 @@ def test_an_excess_brakes_and_names_what_and_how_much(limits, reason, caplog):
     assert f"exceeds {limit:g}" in told[0]
 
 
-def test_an_interrupt_brakes_and_then_stops():
+def test_an_interrupt_brakes_and_then_stops(caplog):
     def disturb(count, status):
         if count == 900:
             os.kill(os.getpid(), signal.SIGINT)
@@ -187,6 +277,9 @@ def test_an_interrupt_brakes_and_then_stops():
     log = arm.drive(5.0, MOVE, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
     assert modes(log)[1:] == [Mode.RUN, Mode.BRAKE, Mode.STOPPED]
     assert log.ticks == pytest.approx(900 + 151, abs=3)
+    assert [words.split(": ")[-1] for level, words in told(caplog) if level == "WARNING"] == [
+        "RUN to BRAKE, asked to stop."
+    ]
     assert signal.getsignal(signal.SIGINT) is before
 
 

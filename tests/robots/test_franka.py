@@ -154,10 +154,13 @@ def test_external_torques_are_those_that_act_on_the_joints():
     pushed = np.arange(7.0)
     state = SimpleNamespace(time=SimpleNamespace(to_sec=lambda: 1.0), q=[0.0] * 7, dq=[0.0] * 7)
     state.tau_J_d, state.tau_ext_hat_filtered = [0.0] * 7, (-pushed).tolist()
+    state.tau_J = [3.0] * 7
     library = SimpleNamespace(read_once=lambda: state)
     arm = FrankaArm("nowhere")
     arm._robot = library
     np.testing.assert_array_equal(arm.connect().external_torque, pushed)
+    state.tau_ext_hat_filtered = state.tau_J
+    assert arm.connect().external_torque is None
 
 
 def test_a_connection_that_fails_leaves_the_thread_as_it_was(monkeypatch):

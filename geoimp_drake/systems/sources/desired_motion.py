@@ -25,7 +25,7 @@ from geoimp_drake.systems.sources.trajectory import TrajectoryOfD
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_vector, key, positive
 
-__all__ = ["DesiredMotion", "MotionSegment", "phases_of"]
+__all__ = ["DesiredMotion", "MotionSegment", "length_of", "phases_of"]
 
 
 @dataclass
@@ -48,14 +48,24 @@ class MotionSegment:
         finite_vector(self.rotation, key(name, "rotation"), 3)
 
 
+def length_of(segments: Sequence[MotionSegment]) -> float:
+    """Returns how long segments last in all [s]."""
+    return _times_of(segments)[-1]
+
+
 def phases_of(segments: Sequence[MotionSegment]) -> list[tuple[str, float, float]]:
     """Returns name, begin and end [s] of each named segment."""
-    ends = np.cumsum([segment.duration for segment in segments])
     return [
-        (segment.name, float(end - segment.duration), float(end))
-        for segment, end in zip(segments, ends, strict=True)
+        (segment.name, end - segment.duration, end)
+        for segment, end in zip(segments, _times_of(segments)[1:], strict=True)
         if segment.name
     ]
+
+
+def _times_of(segments: Sequence[MotionSegment]) -> list[float]:
+    """Returns when each segment begins, and when the last one ends [s]."""
+    times: list[float] = np.cumsum([0.0, *(segment.duration for segment in segments)]).tolist()
+    return times
 
 
 class _Path(Protocol):
@@ -145,11 +155,16 @@ class _Segments:
         for k, segment in enumerate(segments):
             check(segment, f"segments.{k}")
         self._durations = [float(segment.duration) for segment in segments]
-        self._times = np.cumsum([0.0, *self._durations]).tolist()
+        self._times = _times_of(segments)
         self._rests = _rests(frame_motion_at_rest(X_WD), segments)
         self._ways = [*(_way(segment) for segment in segments), None]  # at the end D rests
         self._law = compiled(motion_from_rest)
-        self.end: float = self._times[-1]
+        self.end = self._times[-1]
+        # Compiled now, and not when the first rest ends: a robot would wait.
+        for time, way in zip(self._times, self._ways, strict=True):
+            if way is not None:
+                self.write(time, np.empty(FRAME_MOTION_SIZE))
+                break
 
     def write(self, time: float, motion: Array) -> None:
         """Writes the motion of D at a time [s]."""

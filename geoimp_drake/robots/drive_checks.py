@@ -1,0 +1,47 @@
+"""What is refused before a drive: a robot that does not fit its controller, or is no such robot."""
+
+from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.frame_motion import is_finite
+from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
+
+__all__ = ["check_fit", "check_status", "is_finite_status"]
+
+
+def check_fit(robot: RobotArm, loop: ControlLoop) -> None:
+    """Raises ConfigurationError if joints, period or gravity of robot and controller differ."""
+    if tuple(robot.joints) != loop.joints.names:
+        raise ConfigurationError(
+            f"{robot.name} has the joints {', '.join(robot.joints)}; the controller's are "
+            f"{', '.join(loop.joints.names)}. Make it with joints=robot.joints."
+        )
+    if abs(robot.period - loop.period) > 1e-9:
+        raise ConfigurationError(
+            f"{robot.name} ticks every {robot.period:g} s; the controller's sampling.period is "
+            f"{loop.period:g} s. Give it the robot's."
+        )
+    if robot.gravity != loop.gravity:
+        raise ConfigurationError(
+            f"Gravity would be compensated {'twice' if robot.gravity == 'robot' else 'by nobody'}: "
+            f"{robot.name} says that the {robot.gravity} does it, the controller was made with "
+            f"gravity='{loop.gravity}'. Give it gravity='{robot.gravity}'."
+        )
+
+
+def check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop) -> RobotStatus:
+    """Returns a robot's first status; raises RobotError if there is none, or not of this arm."""
+    n = len(loop.joints.names)
+    if status is None:
+        raise RobotError(f"{robot.name} does not answer. Is it switched on, and its address right?")
+    if not all(len(values) == n for values in (status.q, status.v, status.torque)):
+        raise RobotError(f"{robot.name} reports {len(status.q)} joints; the controller has {n}.")
+    if not is_finite_status(status):
+        raise RobotError(f"{robot.name} reports q = {status.q}, v = {status.v}; that is no status.")
+    return status
+
+
+def is_finite_status(status: RobotStatus) -> bool:
+    """Returns whether everything that a robot reports is finite."""
+    values = (status.q, status.v, status.torque)
+    more = (status.wrench, status.external_torque)
+    return all(is_finite(value) for value in (*values, *more) if value is not None)
