@@ -74,9 +74,13 @@ class Experiment:
 
     @property
     def figures(self) -> Callable[[Log, Any], "dict[str, Figure]"]:
-        """Draws a log; by file name without suffix."""
+        """Draws a log; by file name without suffix. With another world, what is true as well."""
         figures: Callable[[Log, Any], dict[str, Figure]] = self._function("figures")
-        return figures
+        if "world" in self.defaults():  # its own figures show that
+            return figures
+        true: Callable[[Log, Any], dict[str, Figure]]
+        true = resolve_name(f"{_DIAGRAMS}.experiments.true_motion:true_motion_figures")
+        return lambda log, scenario: {**figures(log, scenario), **true(log, scenario)}
 
     @property
     def sweep_values(self) -> Callable[[Log, Any], dict[str, float | bool]] | None:

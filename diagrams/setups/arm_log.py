@@ -7,7 +7,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from geoimp_drake.arm.kinematic_tree import path_to
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.typing import Array
@@ -50,10 +49,18 @@ def _slides(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Array:
 
 
 def true_motion(
-    builder: DiagramBuilder, plant: MultibodyPlant, frame: Frame, name: str
+    builder: DiagramBuilder, plant: MultibodyPlant, frame: Frame, name: str, path: Array | None
 ) -> OutputPort:
-    """Adds a system `name` that reads the motion of a frame from the plant; returns its port."""
-    sensor = builder.AddNamedSystem(name, FrameMotionSensor(frame, path_to(plant, frame)))
+    """Adds a system `name` that reads the motion of a frame from the plant; returns its port.
+
+    Args:
+        builder: of the diagram.
+        plant: in it.
+        frame: whose motion is read.
+        name: of the system.
+        path: to the frame, see `FrameMotionSensor`.
+    """
+    sensor = builder.AddNamedSystem(name, FrameMotionSensor(frame, path))
     for k in range(sensor.num_input_ports()):
         port = sensor.get_input_port(k)
         builder.Connect(plant.GetOutputPort(port.get_name()), port)

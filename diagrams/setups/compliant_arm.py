@@ -13,15 +13,14 @@ from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
-from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import OutputPort, System
 
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
-from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.arm_log import record_arm
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
-from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
@@ -37,11 +36,11 @@ class CompliantArm:
     controller: System
     torques: OutputPort
 
-    def record(self, builder: DiagramBuilder, recorder: Recorder, plant: MultibodyPlant) -> None:
-        """Logs what the log contract names."""
+    def record(self, setup: SetupBuilder[Any]) -> None:
+        """Logs what the log contract names, and in another world where E is for the controller."""
         ports = {
             "u": self.torques,
-            "motion_E": true_motion(builder, plant, self.end_effector, "motion_of_E"),
+            "motion_E": setup.true_plant.motion(self.end_effector, "motion_of_E"),
             "motion_D": self.desired_motion,
             "motion_C": self.controller.GetOutputPort("compliant_motion"),
             "wrench": self.controller.GetOutputPort("wrench"),
@@ -49,7 +48,9 @@ class CompliantArm:
         }
         if self.controller.HasOutputPort("limited"):
             ports["limited"] = self.controller.GetOutputPort("limited")
-        record_arm(recorder, plant, self.name, ports)
+        if setup.is_another_world:
+            ports["motion_E_known"] = self.controller.GetOutputPort("measured_motion")
+        record_arm(setup.recorder, setup.plant, self.name, ports)
 
 
 def add_compliant_arm(
@@ -84,9 +85,7 @@ def add_compliant_arm(
 
     # Desired motion and joint state go in, torques come out.
     builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
-    builder.Connect(
-        plant.get_state_output_port(instance), controller.GetInputPort("estimated_state")
-    )
+    setup.true_plant.connect_readings(instance, controller.GetInputPort("estimated_state"))
     if settings.scheme == "admittance":
         torques = _add_servos(setup, instance, E, controller, settings)
     else:
@@ -108,7 +107,7 @@ def _add_servos(
     servos = builder.AddSystem(
         make_industrial_controller(plant, instance, E, None, settings.servos)
     )
-    builder.Connect(plant.get_state_output_port(instance), servos.GetInputPort("estimated_state"))
+    setup.true_plant.connect_readings(instance, servos.GetInputPort("estimated_state"))
     reference = controller.GetOutputPort("joint_reference")
     builder.Connect(reference, servos.GetInputPort("joint_reference"))
     return servos.GetOutputPort("actuation")

@@ -25,7 +25,7 @@ from geoimp_drake.diagrams.scene.cell import add_cell
 from geoimp_drake.diagrams.scene.insertion import insertion
 from geoimp_drake.diagrams.scene.peg_hole import add_block, add_peg
 from geoimp_drake.diagrams.scene.rod import add_rod, mounting_face
-from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.arm_log import record_arm
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
 from geoimp_drake.diagrams.setups.loose_scenario import (
     LooseScenario,
@@ -80,7 +80,7 @@ def build_loose(
     setup = SetupBuilder(
         scenario, lambda plant: _add_models(plant, scenario), meshcat, live=live, logged=logged
     )
-    builder, plant, frames = setup.builder, setup.plant, setup.models
+    plant, frames = setup.plant, setup.models
     X_WH = _hold_still(plant, frames, scenario)
     motion_plan = _plan(plant, frames, scenario, X_WH)
     if scenario.duration is None:
@@ -93,7 +93,7 @@ def build_loose(
     servo = _add_servo(setup, scenario, motion_plan)
     setup.add_external_wrench(frames.H, X_WH.rotation(), scenario.external)
     if setup.is_logged:
-        hand.record(builder, setup.recorder, plant)
+        hand.record(setup)
         _record_peg(setup, scenario.peg_arm, servo)
     _record_program(setup.recorder, motion_plan)
     wrench = hand.controller.GetOutputPort("wrench")
@@ -103,12 +103,12 @@ def build_loose(
 
 def _record_peg(setup: SetupBuilder[_Frames], arm: str, servo: IndustrialController) -> None:
     """Logs the arm with the peg, and the hole."""
-    builder, plant, frames = setup.builder, setup.plant, setup.models
-    motion_P = true_motion(builder, plant, frames.P, "motion_of_P")
+    true, frames = setup.true_plant, setup.models
+    motion_P = true.motion(frames.P, "motion_of_P")
     ports = {"u": servo.GetOutputPort("actuation"), "motion_E": motion_P}
-    record_arm(setup.recorder, plant, arm, ports)
+    record_arm(setup.recorder, setup.plant, arm, ports)
     setup.recorder.record(f"{arm}/set_point", servo.GetOutputPort("set_point"))
-    setup.recorder.record("hole/motion_H", true_motion(builder, plant, frames.H, "motion_of_H"))
+    setup.recorder.record("hole/motion_H", true.motion(frames.H, "motion_of_H"))
 
 
 def _record_program(recorder: Recorder, motion_plan: MotionPlan) -> None:
@@ -202,6 +202,6 @@ def _add_servo(
     servo = builder.AddSystem(
         make_industrial_controller(plant, arm, frames.P, motion_plan.trajectory, scenario.servo)
     )
-    builder.Connect(plant.get_state_output_port(arm), servo.GetInputPort("estimated_state"))
+    setup.true_plant.connect_readings(arm, servo.GetInputPort("estimated_state"))
     setup.true_plant.connect_torques(servo.GetOutputPort("actuation"), arm)
     return servo

@@ -49,6 +49,7 @@ class SetupBuilder(Generic[Models]):
         true_plant: the same plant, as the scenario's world changes it.
         recorder: of the log.
         is_logged: whether signals are to be recorded.
+        is_another_world: whether the plant is to differ from what its controller knows.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -73,6 +74,7 @@ class SetupBuilder(Generic[Models]):
         filter_neighbours(self.plant, self._scene_graph)
         self.recorder = Recorder(self.builder, scenario.log_period)
         self.is_logged = logged or meshcat is not None
+        self.is_another_world = not scenario.world.is_none()
 
     def warn_of_start(self, arm: ModelInstanceIndex, E: Frame) -> None:
         """Says in Drake's log what is wrong with an arm at its default positions, see there."""
@@ -145,7 +147,7 @@ class SetupBuilder(Generic[Models]):
 
     def build(self, events: Sequence[Event] = ()) -> Setup:
         """Returns the set-up; `events` happen to its diagram from outside on the way."""
-        if not self._scenario.world.is_none():
+        if self.is_another_world:
             self.true_plant.record(self.recorder)
             events = [Event(0.0, self.true_plant.apply), *events]
         diagram = self.recorder.build()

@@ -59,7 +59,7 @@ def build_single_arm(
     hand = add_compliant_arm(setup, scenario.arm, E, sensor_joint, desired, scenario)
     setup.add_external_wrench(E, X_WE.rotation(), scenario.external)
     if setup.is_logged:
-        hand.record(setup.builder, setup.recorder, plant)
+        hand.record(setup)
     setup.record_surface(scenario.surface, np.zeros(3))
     setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
     if scenario.robot is not None:

@@ -32,7 +32,7 @@ from geoimp_drake.diagrams.scene.cell import SEVEN, SIX, WRIST_SENSOR, add_cell
 from geoimp_drake.diagrams.scene.rod import add_rod
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import check_clear
-from geoimp_drake.diagrams.setups.arm_log import record_arm, true_motion
+from geoimp_drake.diagrams.setups.arm_log import record_arm
 from geoimp_drake.diagrams.setups.compliant_arm import sensor_joint_of
 from geoimp_drake.diagrams.setups.posture import StartConfig, start_posture
 from geoimp_drake.diagrams.setups.setup import Setup
@@ -102,9 +102,7 @@ def build_tight(
     for k, arm in enumerate(ARMS, 1):
         instance = plant.GetModelInstanceByName(arm)
         # Joint states go in, torques come out.
-        builder.Connect(
-            plant.get_state_output_port(instance), controller.GetInputPort(f"estimated_state_{k}")
-        )
+        setup.true_plant.connect_readings(instance, controller.GetInputPort(f"estimated_state_{k}"))
         setup.true_plant.connect_torques(controller.GetOutputPort(f"actuation_{k}"), instance)
         setup.true_plant.hang_payloads(sensor_joint_of(plant, arm))
     if setup.is_logged:
@@ -198,11 +196,11 @@ def _record(
     setup: SetupBuilder[_Models], scenario: TightScenario, desired: OutputPort, controller: System
 ) -> None:
     """Logs what the log contract names for a tight cooperation."""
-    builder, recorder, plant, models = setup.builder, setup.recorder, setup.plant, setup.models
+    true, recorder, plant, models = setup.true_plant, setup.recorder, setup.plant, setup.models
     for k, arm in enumerate(ARMS, 1):
         ports = {
             "u": controller.GetOutputPort(f"actuation_{k}"),
-            "motion_E": true_motion(builder, plant, models.hands[arm], f"motion_of_E_{k}"),
+            "motion_E": true.motion(models.hands[arm], f"motion_of_E_{k}"),
             "motion_r": controller.GetOutputPort(f"reference_motion_{k}"),
             "wrench": controller.GetOutputPort(f"wrench_{k}"),
             "wrench_true": controller.GetOutputPort(f"wrench_true_{k}"),
@@ -214,7 +212,7 @@ def _record(
         "motion_O": controller.GetOutputPort("object_motion"),
         "motion_D": desired,
         "motion_C": controller.GetOutputPort("compliant_motion"),
-        "motion_bar": true_motion(builder, plant, models.bar.body_frame(), "motion_of_bar"),
+        "motion_bar": true.motion(models.bar.body_frame(), "motion_of_bar"),
         "wrench": controller.GetOutputPort("object_wrench"),
         "wrench_internal": controller.GetOutputPort("internal_wrench"),
     }.items():

@@ -2,28 +2,40 @@
 
 Controllers and sensors take their models from the plant's default parameters, which stay as they
 are. Coulomb friction is a second actuator of each joint that holds it still with a limited torque:
-implicit, so that a joint sticks, with creep of that torque over a very stiff damping.
+implicit, so that a joint sticks, with creep of that torque over a very stiff damping. Where that
+falls with the velocity (Stribeck), it is the largest, and a moving joint is pushed by the excess.
 """
 
 from collections.abc import Iterator, Mapping
 from copy import copy
 
 import numpy as np
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
     Joint,
+    JointActuator,
     ModelInstanceIndex,
     PdControllerGains,
     RigidBody,
     SpatialInertia,
     UnitInertia,
 )
-from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
-from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeDelay, MatrixGain
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    DiscreteTimeDelay,
+    MatrixGain,
+)
 
+from geoimp_drake.arm.kinematic_tree import path_to
+from geoimp_drake.diagrams.setups.arm_log import true_motion
+from geoimp_drake.diagrams.setups.joint_errors import VectorFunction, fallen_friction, rounded
 from geoimp_drake.diagrams.setups.world import PayloadError, WorldConfig
 from geoimp_drake.simulation.recorder import Recorder
+from geoimp_drake.typing import Array
 
 __all__ = ["TruePlant", "add_friction"]
 
@@ -37,7 +49,7 @@ def add_friction(plant: MultibodyPlant, world: WorldConfig) -> None:
         return
     for index in plant.GetJointActuatorIndices():
         actuator = plant.get_joint_actuator(index)
-        torque = world.joints.coulomb * actuator.effort_limit()
+        torque = (1.0 + world.joints.stribeck) * world.joints.coulomb * actuator.effort_limit()
         friction = plant.AddJointActuator(f"{actuator.name()}_friction", actuator.joint(), torque)
         friction.set_controller_gains(_HOLDING)
 
@@ -65,9 +77,12 @@ class TruePlant:
         ]
         if world.joints.coulomb:
             self._hold_friction()
+        if world.joints.stribeck:
+            self._release_friction()
         world.links.draw(
             [link.scoped_name().get_full() for link in self._links()], seed + world.seed
         )
+        world.kinematics.draw(list(self._frames()), seed + world.seed)
 
     def _hold_friction(self) -> None:
         for arm in self._arms:
@@ -76,6 +91,48 @@ class TruePlant:
             name = f"{self._plant.GetModelInstanceName(arm)}_friction"
             source = self._builder.AddNamedSystem(name, still)
             self._builder.Connect(source.get_output_port(), port)
+
+    def _release_friction(self) -> None:
+        """Pushes moving joints by what the largest friction is above that at their velocity."""
+        plant, joints, n = self._plant, self._world.joints, self._plant.num_velocities()
+        fall = np.zeros(n)
+        for actuator in self._friction():
+            excess = joints.stribeck / (1.0 + joints.stribeck) * actuator.effort_limit()
+            fall[actuator.joint().velocity_start()] = excess
+
+        def push(state: Array) -> Array:
+            return fallen_friction(state[-n:], fall, joints.stribeck_velocity)
+
+        system = self._builder.AddNamedSystem(
+            "falling_friction", VectorFunction(push, plant.num_multibody_states(), n)
+        )
+        self._builder.Connect(plant.get_state_output_port(), system.get_input_port())
+        self._builder.Connect(
+            system.get_output_port(), plant.get_applied_generalized_force_input_port()
+        )
+
+    def connect_readings(self, arm: ModelInstanceIndex, readings: InputPort) -> None:
+        """Connects the state of an arm [q; v] to who reads it, q as its encoders have it."""
+        port, step = self._plant.get_state_output_port(arm), self._world.encoder_resolution
+        if step:
+            n = self._plant.num_positions(arm)
+
+            def read(state: Array) -> Array:
+                return np.concatenate((rounded(state[:n], step), state[n:]))
+
+            name = f"{self._plant.GetModelInstanceName(arm)}_encoders"
+            encoders = self._builder.AddNamedSystem(
+                name, VectorFunction(read, port.size(), port.size())
+            )
+            self._builder.Connect(port, encoders.get_input_port())
+            port = encoders.get_output_port()
+        self._builder.Connect(port, readings)
+
+    def motion(self, frame: Frame, name: str) -> OutputPort:
+        """Adds a system `name` that reads the true motion of a frame; returns its port."""
+        # A path has the joints where the controller takes them to be.
+        path = path_to(self._plant, frame) if self._world.kinematics.is_none() else None
+        return true_motion(self._builder, self._plant, frame, name, path)
 
     def connect_torques(self, torques: OutputPort, arm: ModelInstanceIndex) -> None:
         """Connects a controller's torques (n) to an arm, with the delay of its world."""
@@ -106,21 +163,20 @@ class TruePlant:
 
     def record(self, recorder: Recorder) -> None:
         """Puts what is true, beside what the controller knows, into the log."""
-        plant, true = self._plant, self._true_inertias()
-        indices = plant.GetJointActuatorIndices() if self._world.joints.coulomb else []
-        actuators = [plant.get_joint_actuator(index) for index in indices]
-        friction = [actuator for actuator in actuators if actuator.has_controller()]
+        plant, true, friction = self._plant, self._true_inertias(), list(self._friction())
         joints = [
             f"{plant.GetModelInstanceName(actuator.model_instance())}::{actuator.joint().name()}"
             for actuator in friction
         ]
+        largest = np.array([actuator.effort_limit() for actuator in friction])
         recorder.constant("world/joints", np.array(joints))
-        recorder.constant(
-            "world/coulomb", np.array([actuator.effort_limit() for actuator in friction])
-        )
+        recorder.constant("world/coulomb", largest / (1.0 + self._world.joints.stribeck))
         recorder.constant("world/bodies", np.array(list(true)))
         masses = [(M.get_mass(), self._body(name).default_mass()) for name, M in true.items()]
         recorder.constant("world/masses", np.array(masses))
+        if moved := self._world.kinematics.drawn:
+            recorder.constant("world/frames", np.array(list(moved)))
+            recorder.constant("world/frame_errors", np.array(list(moved.values())))
 
     def apply(self, context: Context) -> None:
         """Changes the plant's parameters in the context of the whole diagram."""
@@ -131,7 +187,11 @@ class TruePlant:
             for joint in self._joints():
                 damping = self._world.joints.viscous * joint.default_damping_vector()
                 joint.SetDampingVector(own, damping)
-
+        frames = self._frames()
+        for name, error in self._world.kinematics.drawn.items():
+            X_FT = RigidTransform(RollPitchYaw(np.deg2rad(error[3:])), error[:3])
+            frame = frames[name]
+            frame.SetPoseInParentFrame(own, frame.GetPoseInParentFrame(own) @ X_FT)
         for delay, torques in self._delays:
             # What a controller at rest has sent so far.
             sent = torques.Eval(torques.get_system().GetMyContextFromRoot(context))
@@ -163,6 +223,25 @@ class TruePlant:
     def _body(self, name: str) -> RigidBody:
         instance, _, body = name.rpartition("::")
         return self._plant.GetBodyByName(body, self._plant.GetModelInstanceByName(instance))
+
+    def _friction(self) -> Iterator[JointActuator]:
+        """Yields the actuators that stand for friction."""
+        if self._world.joints.coulomb:
+            for index in self._plant.GetJointActuatorIndices():
+                actuator = self._plant.get_joint_actuator(index)
+                if actuator.has_controller():
+                    yield actuator
+
+    def _frames(self) -> dict[str, FixedOffsetFrame]:
+        """Returns the frame in which each of the arms' joints stands on the link before it.
+
+        A joint in the very frame of that link has none, and is where it is.
+        """
+        return {
+            f"{self._plant.GetModelInstanceName(joint.model_instance())}::{joint.name()}": frame
+            for joint in self._joints()
+            if isinstance(frame := joint.frame_on_parent(), FixedOffsetFrame)
+        }
 
     def _joints(self) -> Iterator[Joint]:
         for arm in self._arms:

@@ -15,7 +15,44 @@ from geoimp_drake.validation import (
     whole_number,
 )
 
-__all__ = ["JointErrors", "LinkErrors", "PayloadError", "WorldConfig"]
+__all__ = ["JointErrors", "KinematicErrors", "LinkErrors", "PayloadError", "WorldConfig"]
+
+_LONGEST_DELAY = 1.0  # [s]
+
+
+def _fill_in(
+    drawn: dict[str, list[float]],
+    names: list[str],
+    nominal: Array,
+    largest: Array,
+    seed: int | list[int],
+    of: tuple[str, str],
+) -> None:
+    """Draws numbers for each name, uniformly within `largest` of the nominal ones.
+
+    If some are there already, or nothing is to be drawn, they stay as they are.
+
+    Args:
+        drawn: where they go, by name.
+        names: of all.
+        nominal: numbers (k,).
+        largest: how far each is from that at most (k,).
+        seed: of the draws.
+        of: the configuration's name, and what the names are of, for errors.
+
+    Raises:
+        ConfigurationError: some are there for other names.
+    """
+    if drawn and set(drawn) != set(names):
+        raise ConfigurationError(
+            f"world.{of[0]}.drawn is given for {', '.join(sorted(drawn))}; the {of[1]} are "
+            f"{', '.join(names)}. Give {len(nominal)} numbers for each, or leave it out."
+        )
+    if drawn or not largest.any():
+        return
+    rng = np.random.default_rng(seed)
+    for name in names:
+        drawn[name] = (nominal + largest * rng.uniform(-1.0, 1.0, len(nominal))).tolist()
 
 
 @dataclass
@@ -59,17 +96,9 @@ class LinkErrors:
         Raises:
             ConfigurationError: `drawn` is there for other links.
         """
-        if self.drawn and set(self.drawn) != set(links):
-            raise ConfigurationError(
-                f"world.links.drawn is given for {', '.join(sorted(self.drawn))}; the links are "
-                f"{', '.join(links)}. Give five numbers for each, or leave it out."
-            )
-        if self.drawn or not any(self._spreads()):
-            return
-        rng, largest = np.random.default_rng(seed), np.repeat(self._spreads(), (1, 1, 3))
         nominal = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
-        for link in links:
-            self.drawn[link] = (nominal + largest * rng.uniform(-1.0, 1.0, 5)).tolist()
+        largest = np.repeat(self._spreads(), (1, 1, 3))
+        _fill_in(self.drawn, links, nominal, largest, seed, ("links", "links"))
 
     def of(self, link: str) -> tuple[float, float, Array]:
         """Returns a link's factors of mass and of inertia, and the shift of its centre (3) [m]."""
@@ -85,12 +114,55 @@ class JointErrors:
     """What the arms' joints have beyond the controller's model of them."""
 
     coulomb: float = 0.0  # friction as a share of each joint's effort limit
+    stribeck: float = 0.0  # further friction of a joint at rest, as a share of the Coulomb friction
+    stribeck_velocity: float = 0.05  # where 1/e of that is left [rad/s, m/s]
     viscous: float = 1.0  # factor of the joint's damping
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        for field_name in ("coulomb", "viscous"):
+        for field_name in ("coulomb", "stribeck", "viscous"):
             non_negative(getattr(self, field_name), key(name, field_name))
+        positive(self.stribeck_velocity, key(name, "stribeck_velocity"))
+        if self.stribeck and not self.coulomb:
+            raise ConfigurationError(
+                f"{key(name, 'stribeck')} is {self.stribeck:g}, a share of a Coulomb friction that "
+                f"is zero; give {key(name, 'coulomb')}."
+            )
+
+
+@dataclass
+class KinematicErrors:
+    """Where the arms' joints are, off the controller's model of them.
+
+    Each joint's own shift along the axes of its frame, and its rotation about them in turn, are
+    drawn uniformly; what was drawn is in `drawn`, where it can also be given.
+    """
+
+    position_spread: float = 0.0  # along each axis [m]
+    rotation_spread_deg: float = 0.0  # about each axis
+    # By joint: the shift [m] and the angles x, y, z [°] (6).
+    drawn: dict[str, list[float]] = field(default_factory=dict)
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        non_negative(self.position_spread, key(name, "position_spread"), "m")
+        non_negative(self.rotation_spread_deg, key(name, "rotation_spread_deg"), "°")
+        for joint, drawn in self.drawn.items():
+            finite_vector(np.array(drawn), f"{key(name, 'drawn')}.{joint}", 6)
+
+    def is_none(self) -> bool:
+        """Returns whether the joints are where the controller takes them to be."""
+        return not (self.position_spread or self.rotation_spread_deg or self.drawn)
+
+    def draw(self, joints: list[str], seed: int) -> None:
+        """Fills in `drawn` for these joints, unless it is there or nothing is to be drawn.
+
+        Raises:
+            ConfigurationError: `drawn` is there for other joints.
+        """
+        largest = np.repeat([self.position_spread, self.rotation_spread_deg], 3)
+        # Other numbers than those of the links.
+        _fill_in(self.drawn, joints, np.zeros(6), largest, [seed, 1], ("kinematics", "joints"))
 
 
 @dataclass
@@ -110,20 +182,25 @@ class PayloadError:
 class WorldConfig:
     """What is true of the plant, where that is not what the controller knows.
 
-    The errors of the wrist sensor (bias, noise, resolution, filter) are in `sensor`.
+    The errors of the wrist sensor (bias, noise, resolution, filter, delay) are in `sensor`.
     """
 
     seed: int = 0  # of what is drawn; the run's is added
     links: LinkErrors = field(default_factory=LinkErrors)
     joints: JointErrors = field(default_factory=JointErrors)
+    kinematics: KinematicErrors = field(default_factory=KinematicErrors)
     payload_before: PayloadError = field(default_factory=PayloadError)  # before the wrist sensor
     payload_beyond: PayloadError = field(default_factory=PayloadError)  # on the tool
     torque_delay: float = 0.0  # whole steps of the plant [s]
+    encoder_resolution: float = 0.0  # of each joint's reading, zero for none [rad, m]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
-        non_negative(self.torque_delay, key(name, "torque_delay"), "s")
+        delay = key(name, "torque_delay")
+        non_negative(self.torque_delay, delay, "s")
+        non_negative(_LONGEST_DELAY - self.torque_delay, f"{_LONGEST_DELAY:g} s less {delay}", "s")
+        non_negative(self.encoder_resolution, key(name, "encoder_resolution"))
 
     def check_step(self, name: str, time_step: float) -> None:
         """Raises ConfigurationError if something cannot be had with a plant's time step [s]."""
@@ -151,5 +228,6 @@ class WorldConfig:
             self.payload_before.mass,
             self.payload_beyond.mass,
             self.torque_delay,
+            self.encoder_resolution,
         )
-        return self.links.is_none() and not any(others)
+        return self.links.is_none() and self.kinematics.is_none() and not any(others)

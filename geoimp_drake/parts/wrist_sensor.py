@@ -43,8 +43,8 @@ class Sensor:
         suffix: of its ports.
         seed: of its noise; sensors of other joints have others.
         follows: whether the tool's inertial load is that of a reference motion.
-        memory: the last reading, the largest so far as fractions of the range, the wrench, and the
-            motion that the plant's last step followed.
+        memory: the last reading, the largest so far as fractions of the range, the wrench, the
+            motion that the plant's last step followed, and readings that are under way.
     """
 
     def __init__(self, sensor: WristSensor, suffix: str):
@@ -60,6 +60,7 @@ class Sensor:
         self._bias = np.asarray(config.bias, dtype=float)
         self._noisy = bool(self._noise.any())
         self._erroneous = self._noisy or bool(self._bias.any())
+        self._is_late = config.late_samples > 0
         self._of_plant = moves_as_the_plant(sensor)
         self.follows = config.inertial_load == "reference"
         self._joint, self._tool_body = int(mounting.joint), int(mounting.tool_body)
@@ -82,6 +83,7 @@ class Sensor:
             peak=np.zeros(6),
             h=finite_vector(start, "initial_wrench", 6),
             followed=AT_REST,
+            late=np.zeros(6 * config.late_samples),
         )
 
     def sample(
@@ -111,6 +113,8 @@ class Sensor:
         reading, peak = memory[self.memory.reading], memory[self.memory.peak]
         reaction = self._reaction(forces)
         raw = self._with_errors(reaction, generator, count) if self._erroneous else reaction
+        if self._is_late:
+            raw = _delayed(memory[self.memory.late].reshape(-1, 6), raw, count)
         if self._of_plant:
             motion = self._plant_motion(now)
         before = peak.copy()
@@ -124,7 +128,7 @@ class Sensor:
         if saturates:
             self._warn(now, raw, before, peak)
         if not sampled:
-            self._check(now, motion, reaction, reading)
+            self._check(now, motion, reaction, raw, reading)
 
     def write_true_wrench(self, now: Now, motion: Array, h: Array) -> None:
         """Writes h without the sensor's errors.
@@ -181,6 +185,19 @@ class Sensor:
         motion[ANGULAR_ACCELERATION] = A.rotational()
         motion[LINEAR_ACCELERATION] = A.translational()
         return motion
+
+
+def _delayed(line: Array, raw: Array, count: int) -> Array:
+    """Returns the reading that comes out of a line (k, 6), as a new one goes in.
+
+    The first one has been there all the time: an arm begins at rest.
+    """
+    if count == 1:
+        line[:] = raw
+    late = line[0].copy()
+    line[:-1] = line[1:].copy()
+    line[-1] = raw
+    return late
 
 
 def moves_as_the_plant(sensor: WristSensor) -> bool:

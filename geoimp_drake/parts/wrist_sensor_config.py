@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import (
@@ -22,6 +23,8 @@ from geoimp_drake.validation import (
 
 __all__ = ["SensorMounting", "ToolLoad", "WristSensor", "WristSensorConfig"]
 
+_MOST_LATE = 1000  # samples that are under way
+
 
 @dataclass
 class WristSensorConfig:
@@ -37,6 +40,7 @@ class WristSensorConfig:
     moment_noise: float = 0.0  # [Nm]
     bias: Array = field(default_factory=lambda: np.zeros(6))  # [moment; force] in S
     filter_cutoff: float = 0.0  # of the first-order low-pass, zero for none [Hz]
+    delay: float = 0.0  # by which a reading is old when it comes, whole periods [s]
     # Of the tool, removed by the motion of: plant, reference; or none. What is left of it can make
     # the loop unstable, see `sensed_inertia`.
     inertial_load: str = "plant"
@@ -56,9 +60,24 @@ class WristSensorConfig:
             "filter_cutoff",
         ):
             non_negative(getattr(self, part), key(name, part))
+        self._check_delay(key(name, "delay"))
         whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)
         finite_vector(self.bias, key(name, "bias"), 6)
         choice(self.inertial_load, key(name, "inertial_load"), ("none", "plant", "reference"))
+
+    @property
+    def late_samples(self) -> int:
+        """By how many samples a reading is late."""
+        return round(self.delay / self.period)
+
+    def _check_delay(self, name: str) -> None:
+        non_negative(self.delay, name, "s")
+        samples = self.delay / self.period
+        if samples > _MOST_LATE or abs(samples - round(samples)) > 1e-6:
+            raise ConfigurationError(
+                f"{name} is {self.delay:g} s; give a multiple of the sensor's period, "
+                f"{self.period:g} s, of {_MOST_LATE} periods at most."
+            )
 
 
 @dataclass

@@ -25,7 +25,8 @@ class ForceTorqueSensor(PartSystem):
 
     is the wrench of (2.2): by the end effector on the environment, about E's origin, in W.
     The reading is made in the sensor's axes and in this order: bias, noise, quantisation,
-    saturation, low-pass filter; then the tool's load is removed.
+    saturation, low-pass filter; then the tool's load is removed. With a delay the reading, bias and
+    noise in it, is one of earlier samples; before those it is the first one.
 
     It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no
     reaction forces before its first step, so the first sample counts one period after the

@@ -99,6 +99,27 @@ def test_peak_reading_stays_when_the_load_goes(caplog) -> None:
     assert len(caplog.records) == 1
 
 
+def test_a_delayed_reading_is_the_one_of_so_many_samples_before() -> None:
+    fed = FedSensor(WristSensorConfig(delay=0.003))
+    fed.feed(REACTION)
+    before = fed.samples(3)[1:]
+    fed.feed(2 * np.asarray(REACTION))
+    after = fed.samples(5)
+    # The first reading has been there all the time, and the new one comes three samples late.
+    np.testing.assert_array_equal(before, [REACTION] * 2)
+    np.testing.assert_array_equal(after, [REACTION] * 3 + [2 * np.asarray(REACTION)] * 2)
+    np.testing.assert_array_equal(fed.read("wrench_true"), 2 * np.asarray(REACTION))
+
+
+def test_a_delayed_reading_that_is_no_number_is_refused_when_it_comes() -> None:
+    fed = FedSensor(WristSensorConfig(delay=0.002))
+    fed.feed(REACTION)
+    fed.samples(3)
+    fed.feed([np.nan] * 6)
+    with pytest.raises(SignalError, match="reaction_forces"):
+        fed.samples(4)
+
+
 def noisy(seed: int, count: int = 50) -> np.ndarray:
     fed = FedSensor(WristSensorConfig(force_noise=0.3, moment_noise=0.02, seed=seed))
     fed.feed(REACTION)
