@@ -34,19 +34,18 @@ class VectorFunction(Block):
 
     Args:
         function: of the input.
-        input_size: m.
-        output_size: n.
+        sizes: of its argument and its value, n each if there is one alone.
 
     Ports:
-        input u: of the function (m)
+        input u: its argument (n)
         output y: its value (n)
     """
 
-    def __init__(self, function: Callable[[Array], Array], input_size: int, output_size: int):
+    def __init__(self, function: Callable[[Array], Array], *sizes: int):
         super().__init__()
         self._function = function
-        self._input = self.DeclareVectorInputPort("u", input_size)
-        self.DeclareVectorOutputPort("y", output_size, self._calc)
+        self._input = self.DeclareVectorInputPort("u", sizes[0])
+        self.DeclareVectorOutputPort("y", sizes[-1], self._calc)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._function(self._input.Eval(context)))

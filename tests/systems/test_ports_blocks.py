@@ -25,6 +25,7 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
+from geoimp_drake.diagrams.setups.joint_errors import VectorFunction
 from geoimp_drake.models import package_map
 from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
@@ -138,6 +139,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),
+    VectorFunction: (lambda: VectorFunction(np.sin, 3), 3),
     StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),
     FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
     WrenchArrow: (lambda: WrenchArrow(Meshcat()), 0),

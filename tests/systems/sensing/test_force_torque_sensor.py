@@ -116,6 +116,8 @@ def test_a_delayed_reading_that_is_no_number_is_refused_when_it_comes() -> None:
     fed.feed(REACTION)
     fed.samples(3)
     fed.feed([np.nan] * 6)
+    fed.samples(1)
+    fed.feed(REACTION)
     with pytest.raises(SignalError, match="reaction_forces"):
         fed.samples(4)
 
