@@ -10,8 +10,9 @@ from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.laws.impedance.translational_impedance import turned
-from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop, SensedInertia
-from geoimp_drake.parts.wrist_sensor_config import WristSensor
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
+from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
+from geoimp_drake.parts.wrist_sensor_config import WristSensor, WristSensorConfig
 from geoimp_drake.typing import Array
 
 __all__ = ["check_sensor", "linear_gains", "sampled_loop", "warn_of_sensed_inertia"]
@@ -102,19 +103,16 @@ def warn_of_sensed_inertia(
     seen, load = sensor.inertia, sensor.config.inertial_load
     if seen is None or load == "plant" or sensor.tool.mass == 0:
         return
-    sampling = sampling or SamplingConfig()
-    period = sensor.config.period
-    step = seen.time_step or min(sampling.period, period)
     loop = sampled_loop(
         seen,
         impedance or ImpedanceConfig(),
         motion or MotionConfig(),
-        step=step,
-        follows=load == "reference",
+        sampling or SamplingConfig(),
+        sensor.config,
         hands=hands,
         is_direct=is_direct,
     )
-    growth = loop.growth(*(max(1, round(T / step)) for T in (sampling.period, period)))
+    growth = loop.growth()
     if growth <= 1.0 + _GROWTH_TOLERANCE:
         return
     gains = "" if impedance else " at a controller's default gains"
@@ -122,8 +120,8 @@ def warn_of_sensed_inertia(
         f"The sensor at {sensor.mounting.joint_name} carries {100 * seen.share():.1f} % of the "
         f"inertia that its arm moves there, and its inertial_load is '{load}': the loop through "
         f"what the reading keeps of the last acceleration is unstable{gains}; motions grow by "
-        f"{100 * (growth - 1):.2g} % in a step of {1e3 * step:g} ms. Set inertial_load to 'plant', "
-        f"or put the sensor where less of the last link is beyond it."
+        f"{100 * (growth - 1):.2g} % in a step of {1e3 * loop.step:g} ms. Set inertial_load to "
+        f"'plant', or put the sensor where less of the last link is beyond it."
     )
 
 
@@ -131,25 +129,37 @@ def sampled_loop(
     seen: SensedInertia,
     impedance: ImpedanceConfig,
     motion: MotionConfig,
+    sampling: SamplingConfig,
+    sensor: WristSensorConfig,
     *,
-    step: float,
-    follows: bool = False,
     hands: int = 1,
     is_direct: bool = False,
 ) -> SampledLoop:
-    """Returns the loop of hand, impedance and inner loop about the posture of `seen`.
+    """Returns the loop of hand, impedance and inner loop about the posture of `seen`, in free air.
 
     Args:
         seen: what the sensor carries, and the arm behind it.
         impedance: of what the hands carry.
         motion: of the inner loop.
-        step: of plant and impedance [s].
-        follows: whether the load of C's motion is removed.
+        sampling: of the joints.
+        sensor: how the wrench is read.
         hands: how many carry what has this impedance.
         is_direct: whether it has no inner loop.
     """
-    gains = linear_gains(impedance, motion, seen.R_WE, hands)
-    return SampledLoop(seen.mobility, seen.tool, *gains, step, follows, is_direct)
+    step = seen.time_step or min(sampling.period, sensor.period)
+    read_every, sense_every = (
+        max(1, round(period / step)) for period in (sampling.period, sensor.period)
+    )
+    return SampledLoop(
+        seen.mobility,
+        seen.tool,
+        *linear_gains(impedance, motion, seen.R_WE, hands),
+        step,
+        sensor.inertial_load,
+        is_direct,
+        read_every=read_every,
+        sense_every=sense_every,
+    )
 
 
 def linear_gains(

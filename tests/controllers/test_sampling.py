@@ -14,7 +14,7 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig, TranslationGains
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.sensing.sensed_inertia import SampledLoop
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.validation import check
 
@@ -93,8 +93,15 @@ def test_a_direct_impedance_swings_soon_after_the_period_that_is_asked_for(zeta,
 
     def growth(period: float) -> float:
         gains = one / mass, damping * one, stiffness * one, one, one
-        loop = SampledLoop(one / 20.0, 0.0 * one, *gains, period / steps, False, True)
-        return loop.growth(steps, steps)
+        return SampledLoop(
+            one / 20.0,
+            0.0 * one,
+            *gains,
+            period / steps,
+            is_direct=True,
+            read_every=steps,
+            sense_every=steps,
+        ).growth()
 
     gains = TranslationGains(*map(np.array, (mass, damping, stiffness)))
     longest, _ = ImpedanceConfig(gains, axes="translation").shortest_time()

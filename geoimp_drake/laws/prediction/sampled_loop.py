@@ -1,0 +1,123 @@
+"""Hand, impedance and inner loop as they are sampled, in contact or free; floats only, at build.
+
+For small motions x of E and c of C about a posture, at rest in contact with an environment of
+stiffness K_e, a step T of the discrete plant is
+
+    v(k+1) = v(k) + T (u − Λ⁻¹ f(k+1)),   f = K_e x,   u = a_C + K_D (ċ − v̂) + K_P (c − x̂) + Λ⁻¹ h,
+
+with a_C = −M⁻¹ (D ċ + K c + h) (3.1), what was read of x (x̂, v̂) and of f (h), and Λ, the arm's
+inertia at E, tool included. Drake's plants evaluate f at the end of the step, which hides ringing
+on stiff walls; a wall that acts all through the step is `acts_within`. The eigenvalues z of the
+step are poles s = ln(z)/T.
+
+A reading that still has the tool's inertial load tells the controller M_t a of the last step, and
+(2.3) adds J^T h to the torques: in free space the hand then accelerates by Λ⁻¹ M_t a more. The
+impedance takes the same reading for a contact and moves C by −M⁻¹ M_t a. So this step's
+acceleration has the last one's in it,
+
+    a(k) = (Λ⁻¹ − M⁻¹) M_t a(k−1) + K_D Δv + K_P Δx,
+
+and one eigenvalue λ of that factor alone is stable for −1 < λ < K_D/(K_D + K_P T), roughly.
+With the load of C's motion removed, the same holds for E's motion relative to C, without M⁻¹.
+In the scheme `direct` C is E as read, and M⁻¹D, M⁻¹K are in the place of K_D, K_P.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geoimp_drake.typing import Array
+
+__all__ = ["SampledLoop"]
+
+
+@dataclass(frozen=True)
+class SampledLoop:
+    """Hand, impedance and inner loop for small motions, all of 6×6 at E in W."""
+
+    mobility: Array  # Λ⁻¹
+    tool: Array  # M_t
+    mass_inverse: Array  # M⁻¹, zero where C equals D
+    damping: Array  # D
+    stiffness: Array  # K
+    K_D: Array  # of the inner loop
+    K_P: Array
+    step: float  # of plant and impedance [s]
+    load: str = "none"  # of the tool, removed by the motion of: plant, reference; or none
+    is_direct: bool = False  # whether C is E as read, without an inner loop
+    environment: Array = field(default_factory=lambda: np.zeros((6, 6)))  # K_e
+    acts_within: bool = False  # whether its force changes within a step
+    read_every: int = 1  # steps between two readings of the joints
+    sense_every: int = 1  # steps between two of the sensor
+    sense_late: int = 0  # steps by which the wrench is late
+
+    def growth(self) -> float:
+        """Returns by what the largest motion grows in a step: more than one is unstable."""
+        return float(np.exp(self.poles().real.max() * self.step))
+
+    def poles(self) -> Array:
+        """Returns the poles, the least stable one first (complex) [1/s]."""
+        matrix, steps = self.matrix()
+        z = np.linalg.eigvals(matrix)
+        # What a step forgets, such as a reading before the last, is no motion.
+        z = z[np.abs(z) > np.finfo(float).tiny].astype(complex)
+        s: Array = np.log(z) / (steps * self.step)
+        return s[np.argsort(-s.real)]
+
+    def matrix(self) -> tuple[Array, int]:
+        """Returns the map of the state over a whole number of readings, and its steps."""
+        # Of E: x, v, and as they were read; of C: c, w; h as it was read, and what is on its way.
+        count = 7 + self.sense_late
+        x, v, x_read, v_read, c, w, h, *late = np.split(np.eye(6 * count), count)
+        steps = int(np.lcm(self.read_every, self.sense_every))
+        x_next, v_next = self.hand_step()
+        compliant = np.diag(np.any(self.mass_inverse, axis=1).astype(float))
+        for k in range(steps):
+            if self.is_direct:
+                c, w = compliant @ x_read, compliant @ v_read
+            a_C = self._acceleration(c, w, h)
+            pull = self.K_D @ (w - v_read) + self.K_P @ (c - x_read)
+            moved = np.vstack((x, v, a_C + pull + self.mobility @ h))
+            a = (v_next @ moved - v) / self.step
+            x, v = x_next @ moved, v_next @ moved
+            if k % self.sense_every == 0:
+                late.append(self._reading(x, a, a_C))
+                h = late.pop(0)
+            if k % self.read_every == 0:
+                x_read, v_read = x, (x - x_read) / (self.step * self.read_every)
+            if not self.is_direct:
+                c, w = c + self.step * w, w + self.step * self._acceleration(c, w, h)
+        return np.vstack((x, v, x_read, v_read, c, w, h, *late)), steps
+
+    def _acceleration(self, c: Array, w: Array, h: Array) -> Array:
+        """Returns that of C (3.1)."""
+        return -self.mass_inverse @ (self.damping @ w + self.stiffness @ c + h)
+
+    def _reading(self, x: Array, a: Array, a_C: Array) -> Array:
+        """Returns the wrench after a step that began with C's acceleration a_C."""
+        felt = {"plant": 0.0 * a, "reference": a - a_C, "none": a}[self.load]
+        return self.environment @ x + self.tool @ felt
+
+    def hand_step(self) -> tuple[Array, Array]:
+        """Returns the rows of x and v after a step, of x, v and u (6×18 each)."""
+        T, none, identity = self.step, np.zeros((6, 6)), np.eye(6)
+        pushed = self.mobility @ self.environment
+        if not self.acts_within:
+            v = np.linalg.solve(
+                identity + T * T * pushed, np.hstack((-T * pushed, identity, T * identity))
+            )
+            return np.hstack((identity, none, none)) + T * v, v
+        # With ω² and V of Λ⁻¹ K_e, which is similar to a symmetric matrix, as of so many pendulums.
+        squares, V = np.linalg.eig(pushed)
+        omega = np.sqrt(squares.real.clip(0.0))
+        swing = np.sinc(omega * T / np.pi), np.sinc(omega * T / (2.0 * np.pi))
+        cosine, sine, lift, fall = (
+            ((V * values) @ np.linalg.inv(V)).real
+            for values in (
+                np.cos(omega * T),
+                T * swing[0],
+                0.5 * (T * swing[1]) ** 2,
+                -(omega**2) * T * swing[0],
+            )
+        )
+        return np.hstack((cosine, sine, lift)), np.hstack((fall, cosine, sine))
