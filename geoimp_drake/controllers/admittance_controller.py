@@ -44,19 +44,11 @@ def make_admittance_controller(
         model: the arm.
         config: checked.
         sensors: of the wrist; None if the wrench is an input.
-
-    Raises:
-        ConfigurationError: the form `compiled` with a sensor.
     """
     impedance, kinematics = config.impedance.make(), config.make_kinematics(model)
     if config.form == "blocks":
         return _of_blocks(impedance, kinematics, sensors)
-    if sensors is not None:
-        raise ConfigurationError(
-            "With scheme 'admittance' the form 'compiled' contains no wrist sensor: give form "
-            "'blocks', or add the sensor beside it by add_wrist_sensor and connect its wrench."
-        )
-    return make_compiled(AdmittanceController(impedance, kinematics))
+    return make_compiled(AdmittanceController(impedance, kinematics, sensors))
 
 
 def _of_blocks(
@@ -72,13 +64,15 @@ def _of_blocks(
     builder.Connect(measured, compliant.GetInputPort("measured_motion"))
     motion = compliant.GetOutputPort("compliant_motion")
     builder.Connect(motion, joints.GetInputPort("reference_motion"))
+    # C is held back by what the limits leave undone.
+    builder.Connect(joints.GetOutputPort("slack"), compliant.GetInputPort("slack"))
     builder.ExportInput(joints.GetInputPort("estimated_state"), "estimated_state")
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     if sensors is None:
         builder.ExportInput(compliant.GetInputPort("wrench"), "wrench")
     builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
     for system, names in (
-        (joints, [output.name for output in kinematics.outputs]),
+        (joints, [output.name for output in kinematics.outputs if output.name != "slack"]),
         (compliant, [output.name for output in impedance.outputs]),
     ):
         for name in names:

@@ -212,6 +212,14 @@ class ImpedanceControllerConfig(SchemeConfig):
             self.sampling.check_impedance(key(name, "sampling"), self.impedance)
         if self.scheme == "admittance":
             self.reference.check_period(key(name, "reference"), self.sampling.period)
+            self._check_limits(key(name, "limits"))
+
+    def _check_limits(self, name: str) -> None:
+        if self.limits is None:
+            raise ConfigurationError(
+                f"{name} is null; with scheme: admittance limits are always kept: no servo "
+                f"follows a reference beyond them. Leave it out."
+            )
 
     def make_kinematics(self, model: ControlModel) -> InverseKinematics:
         """Returns the part that makes joint references, for the scheme `admittance`."""
@@ -220,5 +228,6 @@ class ImpedanceControllerConfig(SchemeConfig):
             self.sampling.period,
             self.reference,
             self.redundancy.damping,
-            has_limits=self.limits is not None,
+            self.limits,
+            self.impedance.masses(),
         )

@@ -1,9 +1,14 @@
-"""A step of explicit Euler."""
+"""Explicit Euler, and how many steps of it there are in a time."""
+
+import math
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.typing import Array
 
-__all__ = ["explicit_euler"]
+__all__ = ["explicit_euler", "steps_of"]
+
+# A time this share of a step longer is still one of a whole number of steps.
+_ROUNDING = 1e-6
 
 
 @compilable
@@ -17,3 +22,13 @@ def explicit_euler(state: Array, rate: Array, step: float) -> None:
     """
     for k in range(len(state)):
         state[k] += step * rate[k]
+
+
+def steps_of(elapsed: float, longest: float) -> int:
+    """Returns in how many equal steps a time passes, none of them longer than the longest.
+
+    Args:
+        elapsed: [s].
+        longest: [s].
+    """
+    return max(1, math.ceil(elapsed / longest - _ROUNDING))

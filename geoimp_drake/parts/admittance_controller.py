@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
-from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics
-from geoimp_drake.parts.part import Memory, Now, Output
+from geoimp_drake.parts.part import Memory, Now, Output, nested
 from geoimp_drake.parts.within import Within
+from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
 
 __all__ = ["AdmittanceController"]
@@ -20,44 +21,72 @@ class AdmittanceController:
     Args:
         impedance: of the end effector.
         kinematics: makes the joint references with which E follows C.
+        sensor: the wrist sensor; None if the wrench is an input.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
         SingularityError: the attitude leaves the domain of the orientation family.
     """
 
-    def __init__(self, impedance: Impedance, kinematics: InverseKinematics):
-        self._impedance, self._kinematics = impedance, kinematics
-        n = kinematics.model.num_joints
-        self.inputs = {
-            "estimated_state": 2 * n,
+    def __init__(
+        self,
+        impedance: Impedance,
+        kinematics: InverseKinematics,
+        sensor: WristSensors | None = None,
+    ):
+        self._impedance, self._kinematics, self._sensor = impedance, kinematics, sensor
+        self.inputs: dict[str, Any] = {
+            "estimated_state": 2 * kinematics.model.num_joints,
             "desired_motion": FRAME_MOTION_SIZE,
-            "wrench": 6,
+            **({"wrench": 6} if sensor is None else {}),
             "stiffness_scale": 2,
         }
-        self.state = impedance.state
-        self.memory = Memory(kinematics=kinematics.memory, impedance=impedance.memory)
-        self.samplings = ((kinematics.period, self._sample),)
         of = "state", "memory", *self.inputs
+        self.inputs |= {} if sensor is None else sensor.plant_inputs
+        self.state = impedance.state
+        self.memory = Memory(
+            kinematics=kinematics.memory,
+            impedance=impedance.memory,
+            sensor=Memory() if sensor is None else sensor.memory,
+        )
+        self._slack = nested(self.memory.kinematics, kinematics.slack)
+        self._last = nested(self.memory.impedance, impedance.memory.last)
+        self.samplings = [(kinematics.period, self._sample)]
         motion, *others = impedance.outputs
-        self.outputs: Sequence[Output] = (
-            *(output.within(self._of_kinematics, self.inputs) for output in kinematics.outputs),
+        self.outputs: list[Output] = [
+            *(
+                output.within(self._of_kinematics, self.inputs)
+                for output in kinematics.outputs
+                if output.name != "slack"
+            ),
             replace(motion, write=self._write_motion, of=of),
             *(
                 replace(output, write=self._written_by(output), of=_of(output, of))
                 for output in others
             ),
-        )
+        ]
+        if sensor is not None:
+            self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
+            self.samplings.append((sensor.period, self._sense))
+            self.outputs += [
+                output.within(self._of_sensor, self.inputs) for output in sensor.outputs
+            ]
+
+    def new_workspace(self) -> Any:
+        """Returns that of the sensor."""
+        return [None if self._sensor is None else self._sensor.new_workspace()]
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the measured posture as the first reference."""
         self._kinematics.start(memory[self.memory.kinematics], now)
+        if self._sensor is not None:
+            self._sensor.start(memory[self.memory.sensor], now)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion."""
-        motion = now.output("compliant_motion")
+        """Starts C, or normalizes its quaternion; holds it back by what the limits leave undone."""
+        motion, slack = now.output("compliant_motion"), now.memory[self._slack]
         view = self._of_impedance(now)
-        self._impedance.keep(memory[self.memory.impedance], state, view, motion, NO_SLACK)
+        self._impedance.keep(memory[self.memory.impedance], state, view, motion, slack)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state."""
@@ -67,13 +96,25 @@ class AdmittanceController:
         motion = now.output("compliant_motion")
         self._kinematics.advance(memory[self.memory.kinematics], now, motion)
 
+    def _sense(self, memory: Array, now: Now) -> None:
+        if self._sensor is not None:
+            self._sensor.take(memory[self.memory.sensor], now, 0, [memory[self._last]])
+
     def _of_kinematics(self, now: Now) -> Within:
         return Within(now, {}, {}, now.memory[self.memory.kinematics])
 
     def _of_impedance(self, now: Now) -> Within:
+        memory = now.memory
         given = {"measured_motion": self._kinematics.motion(now)}
+        if self._sensor is not None:
+            given["wrench"] = memory[self._sensed]
         names = {"measured_motion": "estimated_state"}
-        return Within(now, names, given, now.memory[self.memory.impedance], now.state)
+        return Within(now, names, given, memory[self.memory.impedance], now.state)
+
+    def _of_sensor(self, now: Now) -> Within:
+        """Returns the sensor's inputs; the plant's last step followed the last motion of C."""
+        memory = now.memory
+        return Within(now, {}, {"reference_motion": memory[self._last]}, memory[self.memory.sensor])
 
     def _write_motion(self, now: Now, motion: Array) -> None:
         self._impedance.find(self._of_impedance(now), motion)

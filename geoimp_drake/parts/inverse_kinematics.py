@@ -1,21 +1,18 @@
 """Joint references that a frame's motion asks of an arm that takes positions."""
 
-import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.multibody.inverse_kinematics import (
-    DifferentialInverseKinematicsParameters,
-    DifferentialInverseKinematicsStatus,
-    DoDifferentialInverseKinematics,
-)
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics
+from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.laws.compositions.limit_test import limit_test
+from geoimp_drake.laws.explicit_euler import steps_of
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, VELOCITY
 from geoimp_drake.laws.motion_control.closed_loop_inverse_kinematics import (
     pose_error,
     reference_joint_velocity,
@@ -26,15 +23,19 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     pseudo_inverse_with,
     singular_value_or_bound,
 )
-from geoimp_drake.parts.part import Memory, Now, Output, held
+from geoimp_drake.parts.joint_limits import SLACK, UNLIMITED, JointLimits, LimitsConfig
+from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, key, non_negative, positive
 
 __all__ = ["InverseKinematics", "ReferenceConfig"]
 
-_log = logging.getLogger("drake")
-_FOUND = DifferentialInverseKinematicsStatus.kSolutionFound
+_NO_WRENCH = np.zeros(6)
+
+# At a limit the reference has at least so many periods, and so has C to take up what is left
+# undone: otherwise both overshoot where a tick comes late.
+_LEAST_PERIODS = 2.0
 
 
 @dataclass
@@ -67,7 +68,8 @@ class InverseKinematics:
         period: of the references [s].
         config: gains.
         damping: near singularities.
-        has_limits: whether positions and velocities are kept within the arm's limits.
+        limits: how the arm's limits are kept.
+        masses: M_o and M_p of the impedance, by which the task is weighed at a limit (2, 3, 3).
 
     Raises:
         ConfigurationError: a gain does not fit the period.
@@ -79,21 +81,26 @@ class InverseKinematics:
         period: float,
         config: ReferenceConfig | None = None,
         damping: SingularityDamping | None = None,
-        *,
-        has_limits: bool = True,
+        limits: LimitsConfig | None = None,
+        masses: Array | None = None,
     ):
         config, damping = config or ReferenceConfig(), damping or SingularityDamping()
+        limits = limits or LimitsConfig()
         check(config, "reference")
+        check(limits, "limits")
         config.check_period("reference", period)
         n = model.num_joints
         self.model, self.period, self._gains = model, period, config
-        self._damping, self._has_limits = (damping.threshold, damping.factor), has_limits
+        limits = replace(limits, horizon=max(limits.horizon, _LEAST_PERIODS * period))
+        self._limits = JointLimits(model, limits, masses, damping)
+        self._damping = damping.threshold, damping.factor
         self._dynamics = ChainDynamics(model)
         self._measured, self._error = compiled(measured_motion), compiled(pose_error)
         self._task_velocity = compiled(reference_task_velocity)
         self._joint_velocity = compiled(reference_joint_velocity)
         self._pseudo_inverse = compiled(pseudo_inverse_with)
         self._singular_value = compiled(singular_value_or_bound)
+        self._binds = compiled(limit_test)
         self.inputs = {"estimated_state": 2 * n, "reference_motion": FRAME_MOTION_SIZE}
         # [q_d; q̇_d] in the plant's order, the posture at the start from base to hand.
         self.memory = Memory(
@@ -101,14 +108,18 @@ class InverseKinematics:
             posture=np.zeros(n),
             error=np.zeros(TASK_DIMENSION),
             started=0.0,
-            limited=0.0,
+            limits=self._limits.memory,
         )
+        limited = nested(self.memory.limits, self._limits.memory.limited)
+        self.slack = nested(limited, SLACK)
         self.samplings = ((period, self.sample),)
         state = ("memory", "estimated_state")
         self.outputs = (
             Output("joint_reference", 2 * n, self.write_reference, state),
             Output("measured_motion", FRAME_MOTION_SIZE, self._write_motion, ("estimated_state",)),
             held("reference_error", self.memory.error),
+            held("limited", limited),
+            held("slack", self.slack),
         )
 
     def start(self, memory: Array, now: Now) -> None:
@@ -118,6 +129,9 @@ class InverseKinematics:
         memory[self.memory.reference] = self._at_rest(reading)
         memory[self.memory.posture] = reading[self._q]
         memory[self.memory.started] = 1.0
+        # What a limit calls is called once, so that no tick waits for a compiler.
+        arm = self._arm(reading)
+        self._within_limits(arm, arm.v, arm.Jv_V_WE @ arm.v, self.period)
 
     def sample(self, memory: Array, now: Now) -> None:
         """Moves the reference on by one period towards the reference motion."""
@@ -126,15 +140,15 @@ class InverseKinematics:
         self.advance(memory, now, C)
 
     def advance(self, memory: Array, now: Now, C: Array) -> None:
-        """Does the same towards a motion (19,) that has been checked."""
-        reference = memory[self.memory.reference]
-        q = reference[self._q]
+        """Does the same towards a motion (19,) that has been checked.
+
+        After lost ticks it moves on in steps of a period at most, towards where C is by then.
+        """
         elapsed = self.period if now.elapsed is None else now.elapsed
-        v, memory[self.memory.error] = self._velocity(
-            memory, C, q, reference[self._v], elapsed, now
-        )
-        reference[self._q] = q + elapsed * v
-        reference[self._v] = v
+        steps = steps_of(elapsed, self.period)
+        for k in range(steps):
+            limited = self._move(memory, C, k * elapsed / steps, elapsed / steps)
+        self._limits.keep(memory[self.memory.limits], limited, now.system, now.time)
 
     def motion(self, now: Now) -> Array:
         """Returns the motion of E in W (19,) from the reading, with zero accelerations."""
@@ -150,50 +164,43 @@ class InverseKinematics:
     def _v(self) -> Array:
         return self.model.state_order[self.model.num_joints :]
 
-    def _velocity(
-        self, memory: Array, C: Array, q: Array, v: Array, elapsed: float, now: Now
-    ) -> tuple[Array, Array]:
-        """Returns q̇_d (n,) and the error of the pose before it (6,)."""
-        arm = self._dynamics.evaluate(None, np.concatenate((q, np.zeros_like(q))))
-        J = arm.Jv_V_WE
-        error = self._error(C, arm.Q_WE, arm.p_WE)
-        V = self._task_velocity(C, error, self._gains.gain)
-        sigma = self._singular_value(J, self._damping[0])
-        J_pinv, N = self._pseudo_inverse(J, np.eye(len(q)), sigma, *self._damping)
-        to_posture = self._gains.posture_gain * (memory[self.memory.posture] - q)
-        following = self._joint_velocity(V, J_pinv, N, to_posture)
-        if not self._has_limits or self._is_within(q + elapsed * following, following):
-            return following, error
-        return self._within_limits(memory, V, J, q, v, elapsed, now), error
+    def _arm(self, state: Array) -> ArmState:
+        return self._dynamics.evaluate(None, state[self.model.state_order])
 
-    def _is_within(self, q: Array, v: Array) -> bool:
-        """Whether positions and velocities (n,) are within the limits."""
-        limits = zip((q, v), (self.model.position_limits, self.model.velocity_limits), strict=True)
-        return all(((low <= x) & (x <= high)).all() for x, (low, high) in limits)
+    def _move(self, memory: Array, C: Array, since: float, step: float) -> Array:
+        """Moves the reference on by a step, C having moved on since [s]; returns `Limited`."""
+        reference = memory[self.memory.reference]
+        arm = self._arm(reference)
+        error = self._error(C, arm.Q_WE, arm.p_WE) + since * C[VELOCITY]
+        V = self._task_velocity(C, error, self._gains.gain)
+        v, limited = self._within_limits(arm, self._free(memory, arm, V), V, step)
+        memory[self.memory.error] = error
+        reference[self._q] += step * v
+        reference[self._v] = v
+        return limited
+
+    def _free(self, memory: Array, arm: ArmState, V: Array) -> Array:
+        """Returns q̇_d (n,) without limits."""
+        J = arm.Jv_V_WE
+        sigma = self._singular_value(J, self._damping[0])
+        J_pinv, N = self._pseudo_inverse(J, np.eye(len(arm.q)), sigma, *self._damping)
+        to_posture = self._gains.posture_gain * (memory[self.memory.posture] - arm.q)
+        free: Array = self._joint_velocity(V, J_pinv, N, to_posture)
+        return free
 
     def _within_limits(
-        self, memory: Array, V: Array, J: Array, q: Array, v: Array, elapsed: float, now: Now
-    ) -> Array:
-        """Returns the velocity (n,) within the limits that goes on as far as they let in V."""
-        result = DoDifferentialInverseKinematics(q, v, V, J, self._parameters(memory, elapsed))
-        if not memory[self.memory.limited]:
-            memory[self.memory.limited] = 1.0
-            _log.warning(
-                f"{now.system}: at t = {now.time:.3f} s a joint's limit keeps the reference from "
-                f"following C; see the output reference_error."
-            )
-        found: Array = result.joint_velocities
-        return found if result.status == _FOUND else np.zeros_like(q)
-
-    def _parameters(self, memory: Array, elapsed: float) -> DifferentialInverseKinematicsParameters:
-        n = self.model.num_joints
-        parameters = DifferentialInverseKinematicsParameters(n, n)
-        parameters.set_time_step(elapsed)
-        parameters.set_nominal_joint_position(memory[self.memory.posture])
-        parameters.set_joint_centering_gain(self._gains.posture_gain * np.eye(n))
-        parameters.set_joint_position_limits(tuple(self.model.position_limits))
-        parameters.set_joint_velocity_limits(tuple(self.model.velocity_limits))
-        return parameters
+        self, arm: ArmState, free: Array, V: Array, step: float
+    ) -> tuple[Array, Array]:
+        """Returns q̇_d (n,) and `Limited`: what is asked for in a step is an acceleration."""
+        J, alpha_0 = arm.Jv_V_WE, (free - arm.v) / step
+        dynamics = J, arm.B, arm.Cv, arm.Fv, arm.g, _NO_WRENCH
+        x = np.concatenate((arm.q, arm.v))
+        if not self._binds(*dynamics, x, alpha_0, *self._limits.arguments):
+            return free, UNLIMITED
+        a = (V - J @ arm.v) / step + arm.Jdot_v
+        alpha, limited = self._limits.constrained(arm, _NO_WRENCH, a, alpha_0)
+        limited[SLACK] *= step / (_LEAST_PERIODS * self.period)
+        return arm.v + step * alpha, limited
 
     def _at_rest(self, reading: Array) -> Array:
         reference = reading.copy()

@@ -1,6 +1,5 @@
 """A part called by hand, tick by tick, in the place of a simulator: its state is one array."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import SignalError
-from geoimp_drake.laws.explicit_euler import explicit_euler
+from geoimp_drake.laws.explicit_euler import explicit_euler, steps_of
 from geoimp_drake.parts.part import (
     Begins,
     Checks,
@@ -25,9 +24,6 @@ from geoimp_drake.typing import Array
 from geoimp_drake.validation import unknown_name
 
 __all__ = ["PartLoop"]
-
-# A tick this share of a period late is one of one period.
-_ROUNDING = 1e-6
 
 # The longest gap that is made up for, in periods.
 _MOST_STEPS = 1000
@@ -156,7 +152,7 @@ class PartLoop:
 
     def _flow_on(self, elapsed: float) -> None:
         """Integrates the state over the time since the last tick."""
-        steps = max(1, math.ceil(elapsed / self._longest - _ROUNDING))
+        steps = steps_of(elapsed, self._longest)
         if steps > _MOST_STEPS:
             raise SignalError(
                 f"{self._now.system}: the time since the last tick is {elapsed:g} s; after more "

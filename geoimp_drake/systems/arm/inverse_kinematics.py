@@ -3,7 +3,9 @@
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts import inverse_kinematics
+from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.systems.part_system import PartSystem
+from geoimp_drake.typing import Array
 
 __all__ = ["InverseKinematics"]
 
@@ -17,15 +19,17 @@ class InverseKinematics(PartSystem):
 
     where e = [2 R_e ᵉε_ce; p_c − p_e] is the error of the reference itself, not of the arm: the
     measured state is read at the start only. J† is damped near singularities. Where (A.1) leaves
-    the joints' limits, Drake's `DoDifferentialInverseKinematics` goes on in the direction of
-    V_c + K_x e as far as they let; this is logged the first time, and `reference_error` shows it.
+    the limits of positions, velocities or efforts, or comes near a singularity, the change of q̇_d
+    in a period is the acceleration of (L.1) in the place of that of (A.1), without a wrench; what
+    it leaves undone is the output `slack`, by which C is to be held back.
 
     Args:
         model: the arm.
         period: of the references [s].
         config: gains.
         damping: near singularities.
-        has_limits: whether positions and velocities are kept within the arm's limits.
+        limits: how the arm's limits are kept.
+        masses: M_o and M_p of the impedance, by which the task is weighed at a limit (2, 3, 3).
 
     Raises:
         ConfigurationError: a gain does not fit the period.
@@ -37,6 +41,8 @@ class InverseKinematics(PartSystem):
         output joint_reference: [q_d; q̇_d] in the order of `estimated_state` (2n)
         output measured_motion: of E in W from `estimated_state`; accelerations are zero (19)
         output reference_error: e before the last step of the reference (6) [rad, m]
+        output limited: `Limited`, what limits the reference and the slack (10)
+        output slack: what the limits leave undone of C's acceleration (6) [rad/s², m/s²]
     """
 
     def __init__(
@@ -45,11 +51,9 @@ class InverseKinematics(PartSystem):
         period: float,
         config: inverse_kinematics.ReferenceConfig | None = None,
         damping: SingularityDamping | None = None,
-        *,
-        has_limits: bool = True,
+        limits: LimitsConfig | None = None,
+        masses: Array | None = None,
     ):
         super().__init__(
-            inverse_kinematics.InverseKinematics(
-                model, period, config, damping, has_limits=has_limits
-            )
+            inverse_kinematics.InverseKinematics(model, period, config, damping, limits, masses)
         )

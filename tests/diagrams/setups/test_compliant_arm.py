@@ -1,10 +1,9 @@
 """An arm of the cell on its own joint servos, with the scheme admittance."""
 
-import pytest
-from runs import assert_all_hold, claims_of
+import numpy as np
+from runs import assert_all_hold, claims_of, run
 
-from geoimp_drake.diagrams.experiments.catalogue import get_experiment
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.controllers.config import FORMS
 
 PERIODS = ("servos.period=0.004", "sampling.period=0.004")
 
@@ -13,8 +12,9 @@ def test_the_plexiglas_is_pressed_by_streamed_references_as_by_torques():
     assert_all_hold(claims_of("plexiglas", "scheme=admittance", *PERIODS))
 
 
-def test_the_compiled_form_of_the_scheme_has_no_sensor():
-    experiment = get_experiment("plexiglas")
-    scenario = experiment.scenario((), ("scheme=admittance", "form=compiled"))
-    with pytest.raises(ConfigurationError, match="give form 'blocks'"):
-        experiment.build(scenario)
+def test_both_forms_with_their_sensor_leave_the_same_log():
+    still = "scheme=admittance", "duration=0.3", *PERIODS
+    blocks, compiled = (run("plexiglas", *still, f"form={form}")[0] for form in FORMS)
+    assert set(blocks) == set(compiled)
+    for name in blocks:
+        np.testing.assert_allclose(compiled[name], blocks[name], atol=1e-9, err_msg=name)
