@@ -24,6 +24,7 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import (
     singular_value_or_bound,
 )
 from geoimp_drake.parts.joint_limits import SLACK, UNLIMITED, JointLimits, LimitsConfig
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.typing import Array
@@ -69,7 +70,7 @@ class InverseKinematics:
         config: gains.
         damping: near singularities.
         limits: how the arm's limits are kept.
-        masses: M_o and M_p of the impedance, by which the task is weighed at a limit (2, 3, 3).
+        masses: of the impedance, by which the task is weighed at a limit.
 
     Raises:
         ConfigurationError: a gain does not fit the period.
@@ -82,7 +83,7 @@ class InverseKinematics:
         config: ReferenceConfig | None = None,
         damping: SingularityDamping | None = None,
         limits: LimitsConfig | None = None,
-        masses: Array | None = None,
+        masses: Masses | None = None,
     ):
         config, damping = config or ReferenceConfig(), damping or SingularityDamping()
         limits = limits or LimitsConfig()

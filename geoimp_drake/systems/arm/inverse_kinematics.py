@@ -4,8 +4,8 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts import inverse_kinematics
 from geoimp_drake.parts.joint_limits import LimitsConfig
+from geoimp_drake.parts.masses import Masses
 from geoimp_drake.systems.part_system import PartSystem
-from geoimp_drake.typing import Array
 
 __all__ = ["InverseKinematics"]
 
@@ -29,7 +29,7 @@ class InverseKinematics(PartSystem):
         config: gains.
         damping: near singularities.
         limits: how the arm's limits are kept.
-        masses: M_o and M_p of the impedance, by which the task is weighed at a limit (2, 3, 3).
+        masses: of the impedance, by which the task is weighed at a limit.
 
     Raises:
         ConfigurationError: a gain does not fit the period.
@@ -52,7 +52,7 @@ class InverseKinematics(PartSystem):
         config: inverse_kinematics.ReferenceConfig | None = None,
         damping: SingularityDamping | None = None,
         limits: LimitsConfig | None = None,
-        masses: Array | None = None,
+        masses: Masses | None = None,
     ):
         super().__init__(
             inverse_kinematics.InverseKinematics(model, period, config, damping, limits, masses)
