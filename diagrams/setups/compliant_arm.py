@@ -105,7 +105,7 @@ def _add_servos(
     """Adds the joint servos that the scheme admittance streams to; returns their torques."""
     builder, plant = setup.builder, setup.plant
     servos = builder.AddSystem(
-        make_industrial_controller(plant, instance, E, None, settings.servos)
+        make_industrial_controller(plant, instance, E, None, settings.joint_servos())
     )
     setup.true_plant.connect_readings(instance, servos.GetInputPort("estimated_state"))
     reference = controller.GetOutputPort("joint_reference")

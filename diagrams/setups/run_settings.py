@@ -101,10 +101,22 @@ class CompliantArmSettings(ImpedanceControllerConfig, RunSettings):
     """Settings of a run with one arm that is compliant: its controller's are among them."""
 
     sampling: SamplingConfig = field(default_factory=differenced)
-    # Of the scheme admittance: the arm's own joint servos.
-    servos: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
+    # Of the scheme admittance: the arm's own joint servos, with the period of sampling; null for
+    # their defaults.
+    servos: IndustrialControllerConfig | None = None
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         ImpedanceControllerConfig.validate(self, name)
         RunSettings.validate(self, name)
+        self.check_is_streamed(key(name, "servos"), self.servos)
+        if self.servos is not None and self.servos.period != self.sampling.period:
+            raise ConfigurationError(
+                f"{key(name, 'servos.period')} is {self.servos.period:g} s and "
+                f"{key(name, 'sampling.period')}, with which references come, "
+                f"{self.sampling.period:g} s; give the same."
+            )
+
+    def joint_servos(self) -> IndustrialControllerConfig:
+        """Returns the configuration of the arm's own servos."""
+        return self.servos or IndustrialControllerConfig(period=self.sampling.period)

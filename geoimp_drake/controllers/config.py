@@ -160,6 +160,17 @@ class RedundancyConfig:
         if self.weight_matrix is not None:
             spd_matrix(self.weight_matrix, matrix, _size_of(self.weight_matrix))
 
+    def check_unused(self, name: str) -> None:
+        """Raises ConfigurationError if more is given than the damping near singularities."""
+        default = RedundancyConfig()
+        for field_name in ("kappa", "K_n", "k_beta", "task", "weight"):
+            if not np.array_equal(getattr(self, field_name), getattr(default, field_name)):
+                raise ConfigurationError(
+                    f"{key(name, field_name)} is given, but with scheme: admittance a redundant "
+                    f"arm goes back to the posture at the start, at the rate "
+                    f"reference.posture_gain. Leave it out."
+                )
+
     def make(
         self, model: ControlModel, task: TaskFunction | None = None, period: float | None = None
     ) -> NullSpace:
@@ -199,7 +210,7 @@ class ImpedanceControllerConfig(SchemeConfig):
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
     limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
-    reference: ReferenceConfig = field(default_factory=ReferenceConfig)  # of the scheme admittance
+    reference: ReferenceConfig | None = None  # of the scheme admittance; null for its defaults
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
@@ -210,8 +221,11 @@ class ImpedanceControllerConfig(SchemeConfig):
             self.sampling.check_motion(key(name, "sampling"), self.motion)
         if self.scheme == "direct" and not self.is_natural:
             self.sampling.check_impedance(key(name, "sampling"), self.impedance)
+        self.check_is_streamed(key(name, "reference"), self.reference)
         if self.scheme == "admittance":
-            self.reference.check_period(key(name, "reference"), self.sampling.period)
+            reference = self.reference or ReferenceConfig()
+            reference.check_period(key(name, "reference"), self.sampling.period)
+            self.redundancy.check_unused(key(name, "redundancy"))
             self._check_limits(key(name, "limits"))
 
     def _check_limits(self, name: str) -> None:

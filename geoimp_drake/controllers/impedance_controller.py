@@ -124,7 +124,7 @@ def make_impedance_controller(
     if config.scheme == "admittance":
         check(config)
         choice(gravity, "gravity", GRAVITY)
-        _refuse_task(config, task_function)
+        _refuse_task(task_function)
         model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
         sensors = _sensors(sensor, end_effector_frame, config)
         controller = make_admittance_controller(model, config, sensors)
@@ -151,11 +151,11 @@ def _sensors(
     return WristSensors([sensor], reference_is_held=True, suffixes=[""], all_of_them=False)
 
 
-def _refuse_task(config: ImpedanceControllerConfig, task: TaskFunction | None) -> None:
-    if task is not None or config.redundancy.task is not None:
+def _refuse_task(task: TaskFunction | None) -> None:
+    if task is not None:
         raise ConfigurationError(
             "scheme 'admittance' takes no task function: a redundant arm goes back to the posture "
-            "at the start, at the rate reference.posture_gain. Leave redundancy.task out."
+            "at the start, at the rate reference.posture_gain. Leave task_function out."
         )
 
 

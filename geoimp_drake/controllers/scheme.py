@@ -68,6 +68,19 @@ class SchemeConfig:
             return NaturalImpedance(impedance.make(), self.damping_ratio or 1.0)
         return DirectImpedance(impedance.make(_REMEDY))
 
+    def check_is_streamed(self, name: str, value: object) -> None:
+        """Raises ConfigurationError if what only streamed references use is given without them.
+
+        Args:
+            name: of what is given.
+            value: None if it is not.
+        """
+        if value is not None and self.scheme != "admittance":
+            raise ConfigurationError(
+                f"{name} is given, but the scheme is '{self.scheme}', which streams no references "
+                f"to joint servos. Leave it out, or give scheme: admittance."
+            )
+
     def check_inertial_load(self, inertial_load: str) -> None:
         """Warns if a sensor's tool load is removed for another acceleration than that of E.
 

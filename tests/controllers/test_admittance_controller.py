@@ -15,6 +15,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import DiagramBuilder
 from rigs import K_P, ControlledArm, quick_config
 
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.controllers.admittance_controller import AdmittanceLoop
 from geoimp_drake.controllers.config import FORMS, ImpedanceControllerConfig
@@ -22,6 +23,7 @@ from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.inverse_kinematics import ReferenceConfig
 from geoimp_drake.systems.arm.industrial_controller import (
     IndustrialControllerConfig,
     make_industrial_controller,
@@ -269,10 +271,13 @@ def test_what_the_scheme_has_not_is_refused():
     with pytest.raises(ConfigurationError, match="Use ControlLoop, which returns torques"):
         AdmittanceLoop(*own, quick_config())
     config = config_of()
-    config.redundancy.task = TaskConfig("manipulability")
+    task = TaskConfig("manipulability")
     with pytest.raises(ConfigurationError, match="takes no task function"):
+        make_impedance_controller(*own, config, task.make(ControlModel.of_arm(*own)))
+    config.redundancy.task = task
+    with pytest.raises(ConfigurationError, match=r"redundancy\.task is given"):
         make_impedance_controller(*own, config)
     config = config_of(8e-3)
-    config.reference.gain = 200.0
+    config.reference = ReferenceConfig(gain=200.0)
     with pytest.raises(ConfigurationError, match=r"greatest gain is 1/period = 125 1/s"):
         check(config)

@@ -28,6 +28,7 @@ from geoimp_drake.controllers.admittance_controller import AdmittanceLoop, Joint
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.errors import GeoimpError
 from geoimp_drake.models import model_path
+from geoimp_drake.parts.inverse_kinematics import ReferenceConfig
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.systems.arm.industrial_controller import (
@@ -148,7 +149,7 @@ class Trial:
         wall = np.zeros((6, 6))
         wall[NORMAL, NORMAL] = point.wall
         M, D, k = (np.repeat(pair, 3) for pair in self._gains(point))
-        gain, late = point.config().reference.gain, bool(point.look_ahead)
+        gain, late = ReferenceConfig().gain, bool(point.look_ahead)
 
         def period(s: Array) -> Array:
             q, v, z, q_d, q_s, v_s, q_f, v_f, x, V = s.reshape(10, n, -1)
