@@ -10,13 +10,14 @@ from geoimp_drake.arm.chain import chain_arrays
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.derivatives import coriolis_forces, inertia_rate
 from geoimp_drake.arm.state import ArmState, evaluate_arm
-from geoimp_drake.compilation.compiled import compiled, is_available
+from geoimp_drake.compilation.compiled import bound, compiled, is_available
 from geoimp_drake.laws.compositions.arm_quantities import arm_quantities
 from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
 from geoimp_drake.laws.compositions.null_space_motion import (
     null_space_motion_acceleration,
     null_space_motion_error,
 )
+from geoimp_drake.laws.dynamics.serial_chain import chain_values
 from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
 from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay_bound, null_space_force
 from geoimp_drake.typing import Array
@@ -88,28 +89,39 @@ class ChainDynamics:
         model: the arm.
 
     Attributes:
-        chain: the arm as the laws take it.
+        arguments: the arm as the laws take it, and memory for what a call finds of it.
     """
 
     def __init__(self, model: ControlModel):
-        self.chain = chain_arrays(model)
-        self._n = model.num_joints
-        self._quantities = compiled(arm_quantities)
+        self._n, chain = model.num_joints, chain_arrays(model)
+        self.arguments = chain, chain_values(self._n)
+        self._quantities = bound(arm_quantities, chain)
         self._null_space = compiled(chain_null_space(self._n))
 
     def evaluate(self, scratch: Scratch | None, state: Array) -> ArmState:
         """See `ArmDynamics`."""
-        quantities = self._quantities(state[: self._n], state[self._n :], *self.chain)
-        arm = ArmState(state[: self._n], state[self._n :], *quantities[:-3])
-        arm.chain = quantities[-3:]
-        return arm
+        found, Q_WE, R_WE, p_WE, Fv = self._quantities(state)
+        return ArmState(
+            q=state[: self._n],
+            v=state[self._n :],
+            Q_WE=Q_WE,
+            R_WE=R_WE,
+            p_WE=p_WE,
+            V_WE=found.V_WE,
+            Jv_V_WE=found.J,
+            Jdot_v=found.Jdot_v,
+            B=found.B,
+            Cv=found.Cv,
+            Fv=Fv,
+            g=found.g,
+            chain=found,
+        )
 
     def null_space(
         self, scratch: Scratch | None, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
     ) -> tuple[Array, Array, Array, float]:
         """See `ArmDynamics`."""
-        dB, s, links = arm.chain
-        return self._null_space(arm.Jv_V_WE, arm.v, arm.B, dB, arm.Cv, s, links, *gradients, *gains)
+        return self._null_space(gains, arm.chain, *gradients)
 
 
 class DrakeDynamics:

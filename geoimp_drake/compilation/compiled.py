@@ -14,7 +14,7 @@ import importlib.util
 import logging
 import os
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,7 +23,7 @@ import numpy as np
 from geoimp_drake.compilation.small_arrays import sized
 from geoimp_drake.typing import Array
 
-__all__ = ["compilable", "compilable_as", "compiled", "is_available"]
+__all__ = ["bound", "compilable", "compilable_as", "compiled", "is_available"]
 
 Law = TypeVar("Law", bound=Callable[..., Any])
 
@@ -34,6 +34,8 @@ _log = logging.getLogger("drake")
 # Laws not yet registered with numba, with what it compiles for each.
 _unknown: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
+_marked: set[Callable[..., Any]] = set()
+
 # Nothing calls a law from C; a tenth of the compilation is saved.
 _OPTIONS = {"no_cfunc_wrapper": True}
 
@@ -42,15 +44,16 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def compilable(law: Law) -> Law:
     """Marks a pure function on arrays as one that may be compiled; returns it unchanged."""
-    _unknown.append((law, law))
-    return law
+    return compilable_as(law)(law)
 
 
 def compilable_as(body: Callable[..., Any]) -> Callable[[Law], Law]:
     """Marks a function for which `body` is compiled: numba has no such function, or a slow one."""
 
     def mark(law: Law) -> Law:
-        _unknown.append((law, body))
+        if law not in _marked:
+            _marked.add(law)
+            _unknown.append((law, body))
         return law
 
     return mark
@@ -62,6 +65,23 @@ def compiled(law: Law) -> Law:
     A call from Python costs time for each argument: pass few, whole arrays.
     """
     return _compiled(law) if is_available() else law
+
+
+def bound(law: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
+    """Returns a compiled law whose first arguments stay: arrays, numbers, and tuples of them.
+
+    A call from Python takes 50 ns for each array that is passed, and a piece of memory. These are
+    passed once; what they hold then may change.
+
+    Args:
+        law: takes these arguments and those of a call.
+        arguments: arrays are contiguous.
+    """
+    if not is_available():
+        return partial(law, *arguments)
+    from geoimp_drake.compilation.kept_arguments import KeptArguments, kinds_of
+
+    return KeptArguments(_bound(law, kinds_of(arguments)), arguments)
 
 
 def is_available() -> bool:
@@ -96,13 +116,29 @@ def _trial(a: Array) -> Array:
 
 @cache
 def _compiled(law: Any) -> Any:
+    return _made(law, law)
+
+
+@cache
+def _bound(law: Any, kinds: Any) -> Any:
+    from geoimp_drake.compilation.kept_arguments import unpacked
+
+    def call(address: int, *signals: Any) -> Any:
+        return law(*(unpacked(kinds, address) + signals))
+
+    compilable(law)
+    return _made(law, call, str(kinds))
+
+
+def _made(law: Any, body: Any, kinds: str = "") -> Any:
+    """Returns what numba makes of `body`, the law, or the law with arguments of some types."""
     import numba
 
     from geoimp_drake.compilation.machine_code import keep
 
     _introduce_laws()
-    dispatcher = numba.njit(**_OPTIONS)(law)
-    keep(dispatcher, law)
+    dispatcher = numba.njit(**_OPTIONS)(body)
+    keep(dispatcher, law, kinds)
     return dispatcher
 
 

@@ -33,10 +33,17 @@ FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), None)
 _failures: list[Exception] = []
 
 
-def keep(dispatcher: Any, law: Callable[..., Any]) -> None:
-    """Keeps on disk what a dispatcher of numba compiles of a law, where that is possible."""
+def keep(dispatcher: Any, law: Callable[..., Any], kinds: str = "") -> None:
+    """Keeps on disk what a dispatcher of numba compiles of a law, where that is possible.
+
+    Args:
+        dispatcher: of the law.
+        law: as written.
+        kinds: types of arguments that stay, see `compiled.bound`.
+    """
     try:
         law_cache = _LawCache(law)
+        law_cache.kinds = kinds
         _discard_outdated(Path(law_cache.cache_path))
     except (OSError, RuntimeError) as error:  # of a folder; numba: there is none to write to
         _warn(error)
@@ -46,6 +53,11 @@ def keep(dispatcher: Any, law: Callable[..., Any]) -> None:
 
 class _LawCache(FunctionCache):
     """Numba's files of one law, without errors."""
+
+    kinds = ""
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return *super()._index_key(sig, codegen), self.kinds
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:

@@ -26,10 +26,12 @@ from numba.extending import (
     models,
     register_model,
 )
+from numba.np.arrayobj import populate_array
 
 from geoimp_drake.compilation.small_arrays import (
     identity_like,
     joined,
+    local,
     matrix,
     sized,
     sized_like,
@@ -150,6 +152,11 @@ def _stored_type(a: types.Type) -> Any:
     return signature(a, a)
 
 
+def _local_type(a: types.Type) -> Any:
+    dimensions = len(a.shape) if isinstance(a, SmallArray) else a.ndim
+    return signature(types.Array(types.float64, dimensions, "C"), a)
+
+
 def _identity_type(A: types.Type) -> Any:
     known = isinstance(A, SmallArray)
     return signature(A if known else types.Array(types.float64, 2, "C"), A)
@@ -161,6 +168,7 @@ typed(joined, _joined_type)
 typed(sized, _sized_type, literal=True)
 typed(sized_like, _sized_like_type)
 typed(stored, _stored_type)
+typed(local, _local_type)
 typed(identity_like, _identity_type)
 
 
@@ -204,6 +212,23 @@ def _store_array(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     for place, entry in zip(np.ndindex(*shape), entries_of(builder, args[0], kind), strict=True):
         builder.store(entry, entry_pointer(context, builder, sig.return_type, array, place))
     return array
+
+
+@lower_builtin(local, types.Any)
+def _local_array(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    kind = sig.args[0]
+    if not isinstance(kind, SmallArray):
+        return context.compile_internal(builder, lambda a: a.copy(), sig, args)
+    place = cgutils.alloca_once_value(builder, args[0])
+    array = context.make_array(sig.return_type)(context, builder)
+    data = builder.bitcast(place, ir.DoubleType().as_pointer())
+    width = ir.DoubleType().get_abi_size(context.target_data)
+    strides = [width * math.prod(kind.shape[k + 1 :]) for k in range(len(kind.shape))]
+    shape, steps = (
+        [context.get_constant(types.intp, n) for n in sizes] for sizes in (kind.shape, strides)
+    )
+    populate_array(array, data, shape, steps, width, meminfo=None)
+    return array._getvalue()
 
 
 @lower_builtin(identity_like, types.Any)

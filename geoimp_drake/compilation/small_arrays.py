@@ -16,7 +16,17 @@ import numpy as np
 
 from geoimp_drake.typing import Array
 
-__all__ = ["Row", "identity_like", "joined", "matrix", "sized", "sized_like", "stored", "vector"]
+__all__ = [
+    "Row",
+    "identity_like",
+    "joined",
+    "local",
+    "matrix",
+    "sized",
+    "sized_like",
+    "stored",
+    "vector",
+]
 
 Row = tuple[Any, Any, Any]
 
@@ -53,8 +63,17 @@ def sized_like(a: Array, pattern: Array) -> Array:
     return a
 
 
+def local(a: Array) -> Array:
+    """A copy of `a` that may be written, as an ordinary array; it ends with the law that makes it.
+
+    It may be passed to other laws, but not be returned: that of a small array takes no memory, and
+    is on the stack.
+    """
+    return np.array(a)
+
+
 def stored(a: Array) -> Array:
-    """The array `a` as an ordinary one: for loops over entries, and for LAPACK."""
+    """The array `a` as an ordinary one, in memory of its own: for LAPACK, and to be returned."""
     return a
 
 

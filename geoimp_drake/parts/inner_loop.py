@@ -7,7 +7,7 @@ import numpy as np
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics, Scratch
 from geoimp_drake.arm.state import ArmState
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.compilation.compiled import bound, compiled
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 from geoimp_drake.laws.compositions.arm_torque import (
@@ -88,13 +88,16 @@ class InnerLoop:
         self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
         self.limits = limits
-        self._law: Callable[..., int] = compiled(
-            redundant_arm_torque(n, law) if self.is_redundant else arm_torque(law)
-        )
         self._dynamics = ChainDynamics(model)
-        self._constants = model.state_order, model.actuation_order, *motion.gains
+        chain = *self._dynamics.arguments, model.state_order
+        constants = *chain, model.actuation_order, *motion.gains, *limits.arguments
+        self._law: Callable[..., int] = (
+            bound(redundant_arm_torque(n, law), *constants, null_space.arguments)
+            if self.is_redundant
+            else bound(arm_torque(law), *constants)
+        )
         self._none = np.zeros(n)
-        self._measured, self._actuation = compiled(measured_motion), compiled(actuation)
+        self._measured, self._actuation = bound(measured_motion, *chain), compiled(actuation)
 
     def new_workspace(self) -> Scratch:
         """Returns a context of the model's plant."""
@@ -145,7 +148,7 @@ class InnerLoop:
             SignalError: the reading is NaN or infinite.
         """
         reading = memory[self.memory.readings]
-        if not self._measured(self.model.state_order, reading, motion, *self._dynamics.chain):
+        if not self._measured(reading, motion):
             self._check_reading(memory, now)
 
     def motion(self, memory: Array, now: Now) -> Array:
@@ -191,7 +194,7 @@ class InnerLoop:
             x,
             lambda: self._dynamics.evaluate(None, x),
         )
-        terms = task.gradient, task.gradient_rate, error, *self._null_space.arguments
+        terms = task.gradient, task.gradient_rate, error
         limited = self._resolve(now, signals, *terms)
         return error[:-1], task.value, float(error[-1]), limited
 
@@ -249,11 +252,10 @@ class InnerLoop:
         port = now.port(self._names["reference_motion"])
         self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
 
-    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array | float) -> Array:
+    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array) -> Array:
         """Writes the torques; returns `Limited`."""
-        arguments = *self._constants, *signals, *self.limits.arguments
         try:
-            outcome = self._law(*arguments, *terms, *self._dynamics.chain)
+            outcome = self._law(*signals, *terms)
         except np.linalg.LinAlgError:
             check_regular(self._jacobian(signals[0]))
             raise

@@ -7,7 +7,7 @@ import numpy as np
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.arm.state import ArmState
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.compilation.compiled import bound, compiled
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 from geoimp_drake.laws.compositions.limit_test import limit_test
@@ -96,7 +96,8 @@ class InverseKinematics:
         self._limits = JointLimits(model, limits, masses, damping)
         self._damping = damping.threshold, damping.factor
         self._dynamics = ChainDynamics(model)
-        self._measured, self._error = compiled(measured_motion), compiled(pose_error)
+        self._measured = bound(measured_motion, *self._dynamics.arguments, model.state_order)
+        self._error = compiled(pose_error)
         self._task_velocity = compiled(reference_task_velocity)
         self._joint_velocity = compiled(reference_joint_velocity)
         self._pseudo_inverse = compiled(pseudo_inverse_with)
@@ -217,5 +218,5 @@ class InverseKinematics:
 
     def _write_motion(self, now: Now, motion: Array) -> None:
         reading = now["estimated_state"]
-        if not self._measured(self.model.state_order, reading, motion, *self._dynamics.chain):
+        if not self._measured(reading, motion):
             check_signal(reading, now.port("estimated_state"))

@@ -6,7 +6,7 @@ import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.dynamics import ChainDynamics
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.laws.compositions.momentum_observation import (
     external_wrench,
     momentum_observation,
@@ -47,14 +47,14 @@ class MomentumObserver:
         config = config or MomentumObserverConfig()
         check(config, "observer")
         n = model.num_joints
-        self._model, self._config = model, config
+        self._config = config
         threshold = (
             np.full(n, config.threshold) if np.ndim(config.threshold) == 0 else config.threshold
         )
         self._threshold = finite_array(threshold, "observer.threshold", (n,))
-        self._law = compiled(momentum_observation(n))
-        self._wrench = compiled(external_wrench)
-        self._chain = ChainDynamics(model).chain
+        arm, order = ChainDynamics(model).arguments, model.state_order
+        self._law = bound(momentum_observation(n), *arm, order, model.actuation_order)
+        self._wrench = bound(external_wrench, *arm, order)
         self.period = period
         self.inputs = {"estimated_state": 2 * n, "torque": n}
         self.memory = Memory(
@@ -83,16 +83,12 @@ class MomentumObserver:
         elapsed = now.time - memory[places.time]
         moved = elapsed if elapsed > 0 else 0.0
         terms = memory[places.momentum], memory[places.forces], memory[places.residual]
-        orders = self._model.state_order, self._model.actuation_order
-        if not self._law(
-            *orders, reading, now["torque"], self._config.gain, moved, *terms, *self._chain
-        ):
+        if not self._law(reading, now["torque"], self._config.gain, moved, *terms):
             check_signal(reading, now.port("estimated_state"))
             check_signal(now["torque"], now.port("torque"))
         memory[places.time] = now.time
         self._tare(memory, now.time)
-        external = self._external(memory)
-        self._wrench(orders[0], reading, external, memory[places.wrench], *self._chain)
+        self._wrench(reading, self._external(memory), memory[places.wrench])
 
     def _tare(self, memory: Array, time: float) -> None:
         """Takes the mean of the residual in the second half of the time given for it."""

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from geoimp_drake.arm.dynamics import ChainDynamics
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.observer_checks import warn_of_late_torque
 from geoimp_drake.errors import GeoimpError
@@ -89,8 +89,8 @@ class Drive:
             observer = MomentumObserver(loop.model, config.observer, robot.period)
             self._observer = PartLoop(observer, f"{robot.name} observer")
         self._is_judged = self._observer is None or not robot.real_time
-        self._external_wrench = compiled(external_wrench)
-        self._chain = ChainDynamics(loop.model).chain
+        arm = ChainDynamics(loop.model).arguments
+        self._external_wrench = bound(external_wrench, *arm, loop.model.state_order)
 
     def look(self) -> RobotStatus:
         """Connects; returns a status, and commands nothing.
@@ -240,10 +240,10 @@ class Drive:
             raise RobotError(
                 f"{self._robot.name} reports no wrench; observe it, with wrench: observer."
             )
-        h, joints, order = np.empty(6), self._loop.joints, self._loop.model.state_order
+        h, joints = np.empty(6), self._loop.joints
         reading = joints.reading(status.q, status.v)
         external = joints.from_base(status.external_torque)
-        self._external_wrench(order, reading, external, h, *self._chain)
+        self._external_wrench(reading, external, h)
         return h
 
     def _observed(self, status: RobotStatus) -> dict[str, Array]:

@@ -13,11 +13,11 @@ from pydrake.multibody.tree import (
     SpatialInertia,
 )
 
-from geoimp_drake.arm.chain import chain_arrays
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.arm.state import ArmState, evaluate_arm
 from geoimp_drake.errors import ModelError
-from geoimp_drake.laws.compositions.arm_quantities import arm_quantities, measured_motion
+from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 
 KINDS = {
     "six": {"joints": 6},
@@ -90,10 +90,10 @@ def test_arrays_of_the_model_are_the_same_arm(kind: str, gravity: bool) -> None:
     """What the compiled chain computes is what Drake does."""
     rig = make_arm_plant(**KINDS[kind], gravity=gravity)
     model = ControlModel.of_arm(rig.plant, rig.arm, rig.E)
-    chain, n = chain_arrays(model), rig.num_joints
+    dynamics, n = ChainDynamics(model), rig.num_joints
     for seed in range(5):
         drakes, _ = both_sides(rig, seed)
-        ours = ArmState(drakes.q, drakes.v, *arm_quantities(drakes.q, drakes.v, *chain)[:10])
+        ours = dynamics.evaluate(None, np.concatenate((drakes.q, drakes.v)))
         for name in QUANTITIES:
             value, expected = getattr(ours, name), getattr(drakes, name)
             scale = np.abs(expected).max()
@@ -101,7 +101,7 @@ def test_arrays_of_the_model_are_the_same_arm(kind: str, gravity: bool) -> None:
         assert bool(drakes.g.any()) == gravity
         reading, motion = np.empty(2 * n), np.empty(19)
         reading[model.state_order] = np.concatenate((drakes.q, drakes.v))
-        assert measured_motion(model.state_order, reading, motion, *chain)
+        assert measured_motion(*dynamics.arguments, model.state_order, reading, motion)
         expected = np.concatenate((drakes.Q_WE, drakes.p_WE, drakes.V_WE, np.zeros(6)))
         np.testing.assert_allclose(motion, expected, rtol=0, atol=1e-12)
 

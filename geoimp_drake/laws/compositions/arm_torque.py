@@ -4,9 +4,7 @@ The laws are those of the blocks, in the same order: kinematics and dynamics (2.
 tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A call
 from Python costs more than these laws, so they share one. Floats only.
 
-`*arm` are the fields of a `serial_chain.ChainArrays`, passed one by one because that is faster for
-a compiled law. A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place
-of each entry.
+A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place of each entry.
 """
 
 from collections.abc import Callable
@@ -15,13 +13,15 @@ from functools import cache
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized, stored
+from geoimp_drake.compilation.small_arrays import local, sized
 from geoimp_drake.laws.compositions.chain_null_space import chain_null_space
 from geoimp_drake.laws.dynamics.serial_chain import (
     ChainArrays,
+    ChainValues,
     chain_dynamics,
     chain_motion,
     chain_posture,
+    chain_state,
 )
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.laws.limits.acceleration_box import limits_bind
@@ -34,6 +34,8 @@ from geoimp_drake.rotations.quaternion import from_rotation
 from geoimp_drake.typing import Array
 
 __all__ = ["BOUND", "DONE", "UNUSABLE", "arm_torque", "redundant_arm_torque"]
+
+_ZERO = np.zeros(6)
 
 # What a law returns: a signal is not finite, the torques are written, or a limit binds.
 UNUSABLE, DONE, BOUND = 0, 1, 2
@@ -49,54 +51,56 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., int]:
     track = compilable(tracking_acceleration(orientation_law))
 
     def law(
+        arm: ChainArrays,
+        found: ChainValues,
         order: Array,
         actuation_order: Array,
         orientation: Array,
         position: Array,
+        limits: Array,
+        settings: Array,
         reading: Array,
         reference: Array,
         h: Array,
         u: Array,
-        limits: Array,
-        settings: Array,
-        *arm: Array,
     ) -> int:
         """Writes the torques of a six-joint arm; returns what became of them.
 
         Args:
+            arm: its constants.
+            found: memory for what is found of it.
             order: of the reading (12,).
             actuation_order: which joint each actuator drives (6,).
             orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
             position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
+            limits: see `acceleration_box` (5, 6).
+            settings: see `constrained_acceleration`.
             reading: at least (12,) [rad, m; rad/s, m/s].
             reference: motion of the frame to be tracked (19,).
             h: wrench by the end effector on the environment (6,) [Nm, N].
             u: τ (6,), where to write [Nm, N].
-            limits: see `acceleration_box` (5, 6).
-            settings: see `constrained_acceleration`.
-            arm: its constants.
 
         Raises:
             numpy.linalg.LinAlgError: J is exactly singular.
         """
-        x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
-        q, v = x[:6], x[6:]
-        if not is_finite(x):
+        q, v = chain_state(order, reading, found)
+        if not is_finite(found.x):
             return UNUSABLE
-        s, links, X_WE = chain_posture(chain, q)
+        chain_posture(arm, q, found)
+        X_WE, a = found.X_WE, local(sized(_ZERO, 6))
         Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
-        columns, V_WE, bias = chain_motion(s, v, p_WE)
-        if not track(reference, Q_WE, p_WE, V_WE, orientation, position, a):
+        chain_motion(v, found)
+        if not track(reference, Q_WE, p_WE, found.V_WE, orientation, position, a):
             return UNUSABLE
-        inertia, _, coriolis, weight = chain_dynamics(chain, s, links, v)
-        J, B = sized(columns, 6, 6), sized(inertia, 6, 6)
-        Cv, g, Fv = sized(coriolis, 6), sized(weight, 6), sized(chain.friction, 6) * sized(v, 6)
+        chain_dynamics(arm, v, found)
+        J, B = sized(found.J, 6, 6), sized(found.B, 6, 6)
+        Cv, g, Fv = sized(found.Cv, 6), sized(found.g, 6), sized(arm.friction, 6) * sized(v, 6)
         if singular_value_or_bound(J, settings[2]) < settings[2]:
             return BOUND
-        alpha = resolved_acceleration(J, sized(bias, 6), sized(a, 6))
+        alpha = resolved_acceleration(J, sized(found.Jdot_v, 6), sized(a, 6))
         if not actuation(B, alpha, Cv, Fv, g, J, sized(h, 6), actuation_order, u):
             return UNUSABLE
-        binds = limits_bind(x, inertia, stored(alpha), u, actuation_order, limits, settings)
+        binds = limits_bind(found.x, found.B, local(alpha), u, actuation_order, limits, settings)
         return BOUND if binds else DONE
 
     return law
@@ -108,83 +112,56 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
     track, null_space = compilable(tracking_acceleration(orientation_law)), chain_null_space(n)
 
     def law(
+        arm: ChainArrays,
+        found: ChainValues,
         order: Array,
         actuation_order: Array,
         orientation: Array,
         position: Array,
+        limits: Array,
+        settings: Array,
+        gains: tuple,
         reading: Array,
         reference: Array,
         h: Array,
         u: Array,
-        limits: Array,
-        settings: Array,
         gradient: Array,
         gradient_rate: Array,
         error: Array,
-        K: Array,
-        kappa: float,
-        k_beta: float,
-        weights: Array,
-        weighs_by_inertia: bool,
-        threshold: float,
-        factor: float,
-        *arm: Array,
     ) -> int:
         """Writes the torques; returns what became of them.
 
         Args:
-            order: of the reading (2n,).
-            actuation_order: which joint each actuator drives (n,).
-            orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
-            position: K_Dp and K_Pp (2, 3, 3) [1/s, 1/s²].
+            arm: this and what stands before `gains` is as for six joints.
+            found: see there.
+            order: see there (2n,).
+            actuation_order: see there (n,).
+            orientation: see there.
+            position: see there.
+            limits: see there (5, n).
+            settings: see there.
+            gains: of the null-space motion, see `chain_null_space`.
             reading: at least (2n,) [rad, m; rad/s, m/s].
             reference: motion of the frame to be tracked (19,).
             h: wrench by the end effector on the environment (6,) [Nm, N].
             u: τ (n,), where to write [Nm, N].
-            limits: see `acceleration_box` (5, n).
-            settings: see `constrained_acceleration`.
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
             error: where to write e_n of (3.37), and `null_space_decay_bound` (n + 1,).
-            K: of K_n = K + κB (n, n).
-            kappa: rate κ.
-            k_beta: gain of the task function.
-            weights: a constant W and its inverse (2, n, n).
-            weighs_by_inertia: (3.36) W = B instead.
-            threshold: σ₀ of `damped_pseudo_inverse`.
-            factor: λ₀ of the same.
-            arm: its constants.
         """
-        x, chain, a = reading[order], ChainArrays(*arm), np.empty(6)
-        if not is_finite(x):
+        q, v = chain_state(order, reading, found)
+        if not is_finite(found.x):
             return UNUSABLE
-        s, links, X_WE = chain_posture(chain, x[:n])
+        chain_posture(arm, q, found)
+        X_WE, a = found.X_WE, local(sized(_ZERO, 6))
         Q_WE, p_WE = from_rotation(X_WE[:, :3]), X_WE[:, 3]
-        columns, V_WE, bias = chain_motion(s, x[n:], p_WE)
-        if not track(reference, Q_WE, p_WE, V_WE, orientation, position, a):
+        chain_motion(v, found)
+        if not track(reference, Q_WE, p_WE, found.V_WE, orientation, position, a):
             return UNUSABLE
-        inertia, inertia_rate, coriolis, weight = chain_dynamics(chain, s, links, x[n:])
-        J, v, Jdot_v = sized(columns, 6, n), sized(x[n:], n), sized(bias, 6)
-        B, Cv, g = sized(inertia, n, n), sized(coriolis, n), sized(weight, n)
-        Fv = sized(chain.friction, n) * v
-        J_pinv, alpha_n, e_n, bound = null_space(
-            columns,
-            x[n:],
-            inertia,
-            inertia_rate,
-            coriolis,
-            s,
-            links,
-            gradient,
-            gradient_rate,
-            K,
-            kappa,
-            k_beta,
-            weights,
-            weighs_by_inertia,
-            threshold,
-            factor,
-        )
+        chain_dynamics(arm, v, found)
+        J, B, Jdot_v = sized(found.J, 6, n), sized(found.B, n, n), sized(found.Jdot_v, 6)
+        Cv, g, Fv = sized(found.Cv, n), sized(found.g, n), sized(arm.friction, n) * sized(v, n)
+        J_pinv, alpha_n, e_n, bound = null_space(gains, found, gradient, gradient_rate)
         alpha = redundant_acceleration(J_pinv, sized(a, 6), Jdot_v, alpha_n)
         error[:n] = e_n
         error[n] = bound
@@ -192,7 +169,7 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
             return UNUSABLE
         if singular_value_or_bound(J, settings[2]) < settings[2]:
             return BOUND
-        binds = limits_bind(x, inertia, stored(alpha), u, actuation_order, limits, settings)
+        binds = limits_bind(found.x, found.B, local(alpha), u, actuation_order, limits, settings)
         return BOUND if binds else DONE
 
     return law

@@ -1,22 +1,21 @@
 """One step of a momentum observer in one call: dynamics (2.2), residual, and the wrench at E.
 
-`*arm` are the fields of a `serial_chain.ChainArrays`, passed one by one because that is faster for
-a compiled law. Floats only.
+Floats only.
 """
 
 from collections.abc import Callable
 from functools import cache
 
-import numpy as np
-
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.compilation.small_arrays import local, sized
 from geoimp_drake.laws.dynamics.linear_equations import solution
 from geoimp_drake.laws.dynamics.serial_chain import (
     ChainArrays,
+    ChainValues,
     chain_dynamics,
     chain_motion,
     chain_posture,
+    chain_state,
 )
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.laws.sensing.momentum_observer import momentum_residual
@@ -30,6 +29,8 @@ def momentum_observation(n: int) -> Callable[..., bool]:
     """Returns the law of an arm of n joints."""
 
     def law(
+        arm: ChainArrays,
+        found: ChainValues,
         order: Array,
         actuation_order: Array,
         reading: Array,
@@ -39,11 +40,12 @@ def momentum_observation(n: int) -> Callable[..., bool]:
         momentum: Array,
         forces: Array,
         residual: Array,
-        *arm: Array,
     ) -> bool:
         """Moves the observer on by a step; returns False if a signal is not finite.
 
         Args:
+            arm: its constants.
+            found: memory for what is found of it.
             order: of the reading (2n,).
             actuation_order: which joint each actuator drives (n,).
             reading: at the end of the step (2n,) [rad, m; rad/s, m/s].
@@ -53,18 +55,17 @@ def momentum_observation(n: int) -> Callable[..., bool]:
             momentum: p at the beginning, then at the end (n,).
             forces: Ḃq̇ − Cq̇ − Fq̇ − g at the beginning, then at the end (n,).
             residual: r at the beginning, then at the end (n,) [Nm, N].
-            arm: its constants.
         """
-        x, chain = reading[order], ChainArrays(*arm)
-        if not is_finite(x) or not is_finite(torque):
+        q, velocity = chain_state(order, reading, found)
+        if not is_finite(found.x) or not is_finite(torque):
             return False
-        s, links, _ = chain_posture(chain, x[:n])
-        inertia, inertia_rate, coriolis, weight = chain_dynamics(chain, s, links, x[n:])
-        v, B, dB = sized(x[n:], n), sized(inertia, n, n), sized(inertia_rate, n, n)
+        chain_posture(arm, q, found)
+        chain_dynamics(arm, velocity, found)
+        v, B, dB = sized(velocity, n), sized(found.B, n, n), sized(found.dB, n, n)
         p = B @ v
-        b = dB @ v - sized(coriolis, n) - sized(chain.friction, n) * v - sized(weight, n)
+        b = dB @ v - sized(found.Cv, n) - sized(arm.friction, n) * v - sized(found.g, n)
         if elapsed > 0.0:
-            joint_torque = np.empty(n)
+            joint_torque = local(v)
             for k in range(n):
                 joint_torque[actuation_order[k]] = torque[k]
             # The mean of both ends leaves no error of first order in the step.
@@ -80,23 +81,27 @@ def momentum_observation(n: int) -> Callable[..., bool]:
 
 
 @compilable
-def external_wrench(order: Array, reading: Array, external: Array, h: Array, *arm: Array) -> None:
+def external_wrench(
+    arm: ChainArrays, found: ChainValues, order: Array, reading: Array, external: Array, h: Array
+) -> None:
     """Writes the wrench h by the end effector on its environment, about Eo, in W (6,).
 
     External torques are those of a wrench −h on the arm, τ_ext = −Jᵀh, in the least squares: with
     more than six joints what no wrench at E explains is left out.
 
     Args:
+        arm: its constants.
+        found: memory for what is found of it.
         order: of the reading (2n,).
         reading: [q; v] (2n,).
         external: τ_ext (n,) [Nm, N].
         h: where to write (6,).
-        arm: its constants.
 
     Raises:
         numpy.linalg.LinAlgError: J is exactly singular.
     """
-    x, n = reading[order], len(order) // 2
-    s, _, X_WE = chain_posture(ChainArrays(*arm), x[:n])
-    J = chain_motion(s, x[n:], X_WE[:, 3])[0]
+    q, v = chain_state(order, reading, found)
+    chain_posture(arm, q, found)
+    chain_motion(v, found)
+    J = found.J
     h[:6] = -solution(sized(J @ J.T, 6, 6), sized(J @ external, 6))

@@ -7,7 +7,7 @@ numba's way to LAPACK takes longer to compile than the laws that need it, and lo
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable, compilable_as
-from geoimp_drake.compilation.small_arrays import sized_like, stored
+from geoimp_drake.compilation.small_arrays import identity_like, local, sized_like
 from geoimp_drake.typing import Array
 
 __all__ = ["inverse", "solution"]
@@ -44,15 +44,14 @@ def _eliminate(A: Array, B: Array, exchanges_rows: bool) -> None:
 
 
 def _eliminated_solution(A: Array, b: Array) -> Array:
-    x = stored(b).copy()
-    _eliminate(stored(A).copy(), x.reshape(-1, 1), True)
+    x = local(b)
+    _eliminate(local(A), x.reshape(-1, 1), True)
     return sized_like(x, b)
 
 
 def _eliminated_inverse(A: Array) -> Array:
-    triangle = stored(A).copy()
-    X = np.eye(len(triangle))
-    _eliminate(triangle, X, False)
+    X = local(identity_like(A))
+    _eliminate(local(A), X, False)
     return sized_like(X, A)
 
 

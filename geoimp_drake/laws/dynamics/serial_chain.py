@@ -29,10 +29,13 @@ from geoimp_drake.typing import Array
 
 __all__ = [
     "ChainArrays",
+    "ChainValues",
     "chain_coriolis",
     "chain_dynamics",
     "chain_motion",
     "chain_posture",
+    "chain_state",
+    "chain_values",
 ]
 
 _IDENTITY, _ZEROS = np.eye(3), np.zeros(10)
@@ -56,20 +59,77 @@ class ChainArrays(NamedTuple):
     gravity: Array  # in W (3,) [m/s²]
 
 
+class ChainValues(NamedTuple):
+    """What is found of an arm at one instant; the laws below write it.
+
+    They get memory from whoever calls them, since to allocate it takes as long as to fill it.
+    """
+
+    x: Array  # joint positions and velocities [q; q̇] (2n,)
+    s: Array  # axes of the joints (n, 6)
+    links: Array  # inertias of the links (n, 10)
+    X_WE: Array  # pose of E (3, 4)
+    J: Array  # Jacobian of E (6, n)
+    V_WE: Array  # (2.1) velocity of E, J q̇ (6,)
+    Jdot_v: Array  # bias acceleration J̇ q̇ (6,)
+    B: Array  # inertia of (2.2) (n, n)
+    dB: Array  # its rate Ḃ, exact (n, n)
+    Cv: Array  # C(q, q̇) q̇ of (2.2) (n,)
+    g: Array  # of (2.2); τ = g holds the arm at rest (n,)
+    ds: Array  # rates of the axes (n, 6)
+    dlinks: Array  # rates of the links' inertias (n, 10)
+    forces: Array  # that the links' motion takes (n, 6)
+
+
 @compilable
-def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
-    """Returns the joints' axes s (n, 6), the links' inertias (n, 10) and X_WE (3, 4).
+def chain_values(n: int) -> ChainValues:
+    """Returns memory for an arm of n joints."""
+    return ChainValues(
+        x=np.zeros(2 * n),
+        s=np.zeros((n, 6)),
+        links=np.zeros((n, 10)),
+        X_WE=np.zeros((3, 4)),
+        J=np.zeros((6, n)),
+        V_WE=np.zeros(6),
+        Jdot_v=np.zeros(6),
+        B=np.zeros((n, n)),
+        dB=np.zeros((n, n)),
+        Cv=np.zeros(n),
+        g=np.zeros(n),
+        ds=np.zeros((n, 6)),
+        dlinks=np.zeros((n, 10)),
+        forces=np.zeros((n, 6)),
+    )
+
+
+@compilable
+def chain_state(order: Array, reading: Array, found: ChainValues) -> tuple[Array, Array]:
+    """Writes [q; q̇], and returns q and q̇ (n,).
+
+    Args:
+        order: of the reading (2n,): the place of each entry of [q; q̇].
+        reading: at least (2n,) [rad, m; rad/s, m/s].
+        found: where to write.
+    """
+    for k in range(len(order)):
+        found.x[k] = reading[order[k]]
+    n = len(order) // 2
+    return found.x[:n], found.x[n:]
+
+
+@compilable
+def chain_posture(arm: ChainArrays, q: Array, found: ChainValues) -> None:
+    """Writes the joints' axes s, the links' inertias and X_WE.
 
     Args:
         arm: its constants.
         q: joint positions (n,) [rad, m].
+        found: where to write.
     """
-    n = len(q)
-    s, links, X_WE = np.zeros((n, 6)), np.empty((n, 10)), np.empty((3, 4))
     R, p = sized(_IDENTITY, 3, 3), sized(_ZEROS[:3], 3)
-    for j in range(n):
+    for j in range(len(q)):
         R, p = compose(R, p, arm.X_MF[j])
-        axis, s_j, link = sized(arm.axes[j], 3), s[j], links[j]
+        axis, s_j, link = sized(arm.axes[j], 3), found.s[j], found.links[j]
         a = R @ axis
         if arm.turns[j] > 0.0:
             R = R @ rotation_about(axis, q[j])
@@ -81,105 +141,81 @@ def chain_posture(arm: ChainArrays, q: Array) -> tuple[Array, Array, Array]:
         I_R = R @ sized(arm.inertias[j], 3, 3) @ R.T
         link[:10] = _inertia(arm.masses[j], p + R @ sized(arm.centres[j], 3), I_R)
     R, p = compose(R, p, arm.X_ME)
-    X_WE[:3, :3] = R
-    X_WE[:3, 3] = p
-    return s, links, X_WE
+    found.X_WE[:3, :3] = R
+    found.X_WE[:3, 3] = p
 
 
 @compilable
-def chain_motion(s: Array, v: Array, p_WE: Array) -> tuple[Array, Array, Array]:
-    """Returns the Jacobian J (6, n) of E, its velocity (2.1) J q̇ and its bias J̇ q̇ (6,).
+def chain_motion(v: Array, found: ChainValues) -> None:
+    """Writes J, V_WE and J̇ q̇.
 
     Args:
-        s: of `chain_posture` (n, 6).
         v: joint velocities (n,).
-        p_WE: E's origin (3,) [m].
+        found: of `chain_posture`, and where to write.
     """
-    n, p = len(v), sized(p_WE, 3)
-    J, V_WE, Jdot_v = np.empty((6, n)), np.empty(6), np.empty(6)
+    p = sized(found.X_WE[:, 3], 3)
     V, A = sized(_ZEROS[:6], 6), sized(_ZEROS[:6], 6)
-    for j in range(n):
-        s_j, column = sized(s[j], 6), J[:, j]
+    for j in range(len(v)):
+        s_j, column = sized(found.s[j], 6), found.J[:, j]
         column[:6] = _shifted(s_j, p)
         V = V + v[j] * s_j
         A = A + v[j] * _cross(V, s_j)
     V_E, A_E = _shifted(V, p), _shifted(A, p)
-    V_WE[:6] = V_E
-    Jdot_v[:3] = A_E[:3]
-    Jdot_v[3:6] = A_E[3:] + cross(V_E[:3], V_E[3:])
-    return J, V_WE, Jdot_v
+    found.V_WE[:6] = V_E
+    found.Jdot_v[:3] = A_E[:3]
+    found.Jdot_v[3:6] = A_E[3:] + cross(V_E[:3], V_E[3:])
 
 
 @compilable
-def chain_dynamics(
-    arm: ChainArrays, s: Array, links: Array, v: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Returns B, Ḃ, Cq̇ and g of (2.2); τ = g holds the arm at rest, Ḃ is exact.
+def chain_dynamics(arm: ChainArrays, v: Array, found: ChainValues) -> None:
+    """Writes B, Ḃ, Cq̇ and g of (2.2).
 
     Args:
         arm: its constants.
-        s: of `chain_posture` (n, 6).
-        links: of `chain_posture` (n, 10).
         v: joint velocities (n,).
+        found: of `chain_posture`, and where to write.
     """
-    n = len(v)
-    ds, dlinks, forces = _rates(s, links, v)
-    gravity = sized(arm.gravity, 3)
-    B, dB, g = np.empty((n, n)), np.empty((n, n)), np.empty(n)
+    chain_coriolis(v, found, found.Cv)
+    gravity, B, dB = sized(arm.gravity, 3), found.B, found.dB
     outward, doutward = sized(_ZEROS, 10), sized(_ZEROS, 10)
-    for j in range(n - 1, -1, -1):
-        outward, doutward = outward + sized(links[j], 10), doutward + sized(dlinks[j], 10)
-        s_j, ds_j = sized(s[j], 6), sized(ds[j], 6)
+    for j in range(len(v) - 1, -1, -1):
+        outward = outward + sized(found.links[j], 10)
+        doutward = doutward + sized(found.dlinks[j], 10)
+        s_j, ds_j = sized(found.s[j], 6), sized(found.ds[j], 6)
         f = _momentum(outward, s_j)
         df = _momentum(outward, ds_j) + _momentum(doutward, s_j)
         for i in range(j + 1):
-            s_i, ds_i = sized(s[i], 6), sized(ds[i], 6)
+            s_i, ds_i = sized(found.s[i], 6), sized(found.ds[i], 6)
             B[i, j] = B[j, i] = s_i @ f
             dB[i, j] = dB[j, i] = ds_i @ f + s_i @ df
         B[j, j] += arm.rotors[j]
         # The weight of the links from j outwards.
-        g[j] = -(s_j[:3] @ cross(outward[1:4], gravity) + outward[0] * (s_j[3:] @ gravity))
-    return B, dB, _felt(s, forces), g
+        found.g[j] = -(s_j[:3] @ cross(outward[1:4], gravity) + outward[0] * (s_j[3:] @ gravity))
 
 
 @compilable
-def chain_coriolis(s: Array, links: Array, v: Array) -> Array:
-    """Returns C(q, v)v (n,).
+def chain_coriolis(v: Array, found: ChainValues, felt: Array) -> None:
+    """Writes C(q, v)v (n,); in `found`, what else depends on v is of other velocities then.
 
     Args:
-        s: of `chain_posture` (n, 6).
-        links: of `chain_posture` (n, 10).
         v: joint velocities (n,).
+        found: of `chain_posture`; ṡ, İ and the forces I A + İ V are written.
+        felt: where to write.
     """
-    return _felt(s, _rates(s, links, v)[2])
-
-
-@compilable
-def _rates(s: Array, links: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Returns ṡ (n, 6), İ (n, 10) and the forces I A + İ V (n, 6) that the links' motion takes."""
-    n = len(v)
-    ds, dlinks, forces = np.empty((n, 6)), np.empty((n, 10)), np.empty((n, 6))
     V, A = sized(_ZEROS[:6], 6), sized(_ZEROS[:6], 6)
-    for j in range(n):
-        s_j, link = sized(s[j], 6), sized(links[j], 10)
+    for j in range(len(v)):
+        s_j, link = sized(found.s[j], 6), sized(found.links[j], 10)
         V = V + v[j] * s_j
         ds_j, dlink = _cross(V, s_j), _inertia_rate(link, V)
         A = A + v[j] * ds_j
-        rate, inertia_rate, force = ds[j], dlinks[j], forces[j]
+        rate, inertia_rate, force = found.ds[j], found.dlinks[j], found.forces[j]
         rate[:6] = ds_j
         inertia_rate[:10] = dlink
         force[:6] = _momentum(link, A) + _momentum(dlink, V)
-    return ds, dlinks, forces
-
-
-@compilable
-def _felt(s: Array, forces: Array) -> Array:
-    """Returns the force at each joint (n,) from the forces (n, 6) on the links from it outwards."""
-    felt, total = np.empty(len(s)), sized(_ZEROS[:6], 6)
-    for j in range(len(s) - 1, -1, -1):
-        total = total + sized(forces[j], 6)
-        felt[j] = sized(s[j], 6) @ total
-    return felt
+    total = sized(_ZEROS[:6], 6)
+    for j in range(len(v) - 1, -1, -1):
+        total = total + sized(found.forces[j], 6)
+        felt[j] = sized(found.s[j], 6) @ total
 
 
 @compilable

@@ -21,6 +21,20 @@ def _viable_speed(distance: float, deceleration: float, horizon: float) -> float
 
 
 @compilable
+def _bounds(
+    q: float, v: float, inertia: float, limits: Array, settings: Array
+) -> tuple[float, float]:
+    """Returns the bounds of (L.1) for a joint; `limits` are its own (5,)."""
+    T, share = settings[0], settings[1]
+    slowing = share * limits[4] / inertia
+    # The velocity follows its bound with the time constant T: it is that of T ahead.
+    low = -_viable_speed(q + T * min(v, 0.0) - limits[0], slowing, T)
+    high = _viable_speed(limits[1] - q - T * max(v, 0.0), slowing, T)
+    lower = (min(max(low, limits[2]), limits[3]) - v) / T
+    return lower, (max(min(high, limits[3]), limits[2]) - v) / T
+
+
+@compilable
 def acceleration_box(
     q: Array, v: Array, B: Array, limits: Array, settings: Array, box: Array
 ) -> None:
@@ -37,14 +51,8 @@ def acceleration_box(
         settings: horizon T [s] and share of the effort for braking, first of all.
         box: lower and upper accelerations (2, n), where to write [rad/s², m/s²].
     """
-    T, share = settings[0], settings[1]
     for k in range(len(q)):
-        slowing = share * limits[4, k] / B[k, k]
-        # The velocity follows its bound with the time constant T: it is that of T ahead.
-        low = -_viable_speed(q[k] + T * min(v[k], 0.0) - limits[0, k], slowing, T)
-        high = _viable_speed(limits[1, k] - q[k] - T * max(v[k], 0.0), slowing, T)
-        box[0, k] = (min(max(low, limits[2, k]), limits[3, k]) - v[k]) / T
-        box[1, k] = (max(min(high, limits[3, k]), limits[2, k]) - v[k]) / T
+        box[0, k], box[1, k] = _bounds(q[k], v[k], B[k, k], limits[:, k], settings)
 
 
 @compilable
@@ -69,9 +77,8 @@ def limits_bind(
         settings: see there.
     """
     n = len(u)
-    box = np.empty((2, n))
-    acceleration_box(x[:n], x[n:], B, limits, settings, box)
     for k in range(n):
-        if not (box[0, k] <= alpha[k] <= box[1, k]) or abs(u[k]) > limits[4, order[k]]:
+        low, high = _bounds(x[k], x[n + k], B[k, k], limits[:, k], settings)
+        if not (low <= alpha[k] <= high) or abs(u[k]) > limits[4, order[k]]:
             return True
     return False

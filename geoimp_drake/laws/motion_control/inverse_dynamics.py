@@ -1,7 +1,7 @@
 """Inverse dynamics, the inner loop of every controller."""
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import stored
+from geoimp_drake.compilation.small_arrays import local
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.typing import Array
 
@@ -47,7 +47,7 @@ def actuation(
     Returns False if α or h is not finite. `order` has the joint of each actuator (n,).
     Floats only.
     """
-    tau = stored(inverse_dynamics(B, alpha, Cv, Fv, g, J, h))
+    tau = local(inverse_dynamics(B, alpha, Cv, Fv, g, J, h))
     if not is_finite(tau):
         return False
     for k in range(len(u)):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized_like, stored
+from geoimp_drake.compilation.small_arrays import local, sized_like, stored
 from geoimp_drake.laws.redundancy.pseudo_inverse import (
     null_space_projector,
     weighted_pseudo_inverse,
@@ -59,7 +59,8 @@ def singular_value_or_bound(J: Array, threshold: float) -> float:
 @compilable
 def _lower_bound(J: Array) -> float:
     """Returns 1/‖L⁻¹‖_F of JJᵀ = LLᵀ, which is between σ/√6 and σ; zero where there is no L."""
-    L = stored(J @ J.T)
+    squares_of_J = J @ J.T
+    L, column = local(squares_of_J), local(squares_of_J[0])
     m = len(L)
     for j in range(m):
         for k in range(j):
@@ -70,7 +71,7 @@ def _lower_bound(J: Array) -> float:
         pivot = np.sqrt(L[j, j])
         for i in range(j, m):
             L[i, j] /= pivot
-    column, squares = np.empty(m), 0.0
+    squares = 0.0
     for j in range(m):  # the columns of L⁻¹
         for i in range(j, m):
             rest = 1.0 if i == j else 0.0

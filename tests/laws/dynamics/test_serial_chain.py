@@ -1,6 +1,7 @@
 """Kinematics and dynamics of laws/serial_chain.py are Drake's; Ḃ and C are exact."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from autodiff_arm import AutoDiffArm
 from redundant_arms import arm_at, generated_arm, random_states, skewed_arm, track_arm
 
 from geoimp_drake.arm.chain import chain_arrays
+from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import compiled, is_available
 from geoimp_drake.laws.compositions.arm_quantities import arm_quantities, measured_motion
@@ -17,6 +19,7 @@ from geoimp_drake.laws.dynamics.serial_chain import (
     chain_dynamics,
     chain_motion,
     chain_posture,
+    chain_values,
 )
 from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_product
 
@@ -60,29 +63,34 @@ def halves(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def whole_chain(chain: ChainArrays, state: np.ndarray, form: Laws) -> dict[str, np.ndarray]:
     """Returns everything that the laws of the chain say of a state."""
     q, v = halves(state)
-    s, links, X_WE = form(chain_posture)(chain, q)
-    J, V_WE, Jdot_v = form(chain_motion)(s, v, X_WE[:, 3].copy())
-    B, dB, Cv, g = form(chain_dynamics)(chain, s, links, v)
+    found, coriolis = chain_values(len(q)), np.zeros(len(q))
+    form(chain_posture)(chain, q, found)
+    form(chain_motion)(v, found)
+    form(chain_dynamics)(chain, v, found)
+    form(chain_coriolis)(v, found, coriolis)
     return {
-        "R_WE": X_WE[:, :3],
-        "p_WE": X_WE[:, 3],
-        "V_WE": V_WE,
-        "Jv_V_WE": J,
-        "Jdot_v": Jdot_v,
-        "B": B,
-        "Cv": Cv,
-        "g": g,
-        "dB": dB,
-        "coriolis": form(chain_coriolis)(s, links, v),
+        "R_WE": found.X_WE[:, :3],
+        "p_WE": found.X_WE[:, 3],
+        "V_WE": found.V_WE,
+        "Jv_V_WE": found.J,
+        "Jdot_v": found.Jdot_v,
+        "B": found.B,
+        "Cv": found.Cv,
+        "g": found.g,
+        "dB": found.dB,
+        "coriolis": coriolis,
     }
 
 
 def chain_christoffel(chain: ChainArrays, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Returns C(q, v), column by column."""
-    s, links, _ = chain_posture(chain, q)
+    found = chain_values(len(q))
+    chain_posture(chain, q, found)
 
     def c(velocity: np.ndarray) -> np.ndarray:
-        return chain_coriolis(s, links, velocity)
+        felt = np.zeros(len(q))
+        chain_coriolis(velocity, found, felt)
+        return felt
 
     return np.column_stack([coriolis_product(c, c(v), v, unit) for unit in np.eye(len(q))])
 
@@ -148,10 +156,10 @@ def test_coriolis_matrix_is_that_of_christoffel(name: str) -> None:
 @every_arm
 def test_quantities_of_the_arm_are_those_of_the_arm_model(name: str, form: Laws) -> None:
     model = MODELS[name]
-    chain, law = chain_arrays(model), form(arm_quantities)
+    dynamics = ChainDynamics(model)
+    dynamics._quantities = partial(form(arm_quantities), chain_arrays(model))
     for state in random_states(model, 5):
-        q, v = halves(state)
-        ours, drakes = ArmState(q, v, *law(q, v, *chain)[:10]), arm_at(model, state)
+        ours, drakes = dynamics.evaluate(None, state), arm_at(model, state)
         for quantity in QUANTITIES:
             assert_same(getattr(ours, quantity), getattr(drakes, quantity), quantity)
 
@@ -159,14 +167,14 @@ def test_quantities_of_the_arm_are_those_of_the_arm_model(name: str, form: Laws)
 @both_forms
 def test_measured_motion_is_told_by_a_reading_in_any_order(form: Laws) -> None:
     model = MODELS["seven"]
-    chain, law = chain_arrays(model), form(measured_motion)
+    law = partial(form(measured_motion), *ChainDynamics(model).arguments)
     rng = np.random.default_rng(3)
     order = np.append(rng.permutation(7), 7 + rng.permutation(7))
     for state in random_states(model, 5):
         reading = np.full(15, 2.0)  # with a count behind it, as `InnerLoop` holds one
         reading[order] = state
         drakes, motion = arm_at(model, state), np.full(19, np.nan)
-        assert law(order, reading, motion, *chain)
+        assert law(order, reading, motion)
         expected = np.concatenate((drakes.Q_WE, drakes.p_WE, drakes.V_WE, np.zeros(6)))
         assert_same(motion, expected)
 
@@ -174,11 +182,11 @@ def test_measured_motion_is_told_by_a_reading_in_any_order(form: Laws) -> None:
 @both_forms
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_reading_that_is_not_finite_tells_no_motion(form: Laws, bad: float) -> None:
-    chain, motion = chain_arrays(MODELS["six"]), np.zeros(19)
+    arm, motion = ChainDynamics(MODELS["six"]).arguments, np.zeros(19)
     for k in range(12):
         reading = np.zeros(12)
         reading[k] = bad
-        assert not form(measured_motion)(np.arange(12), reading, motion, *chain)
+        assert not form(measured_motion)(*arm, np.arange(12), reading, motion)
 
 
 def test_friction_and_reflected_inertia_are_those_of_the_joints() -> None:
