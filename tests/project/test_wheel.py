@@ -24,6 +24,7 @@ from library_tree import FOLDERS, MODULES, PYPROJECT, ROOT, files
 PYTHONS = ("3.11", "3.12")
 # Imported where numba is installed, which the extra `fast` brings.
 WITH_NUMBA = {
+    "geoimp_drake.compilation.kept_arguments",
     "geoimp_drake.compilation.machine_code",
     "geoimp_drake.compilation.small_array_operations",
     "geoimp_drake.compilation.small_array_type",
