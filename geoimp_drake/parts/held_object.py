@@ -116,7 +116,7 @@ class HeldObject:
         self._law = compiled(object_control(impedance.rotation.law))
         self._object_motion = compiled(held_object_motion)
         # Without one its gains are not used.
-        gains = (impedance if internal is None else internal).gains()
+        gains = (impedance if internal is None else internal).gains(None)
         self._internal_gains = internal is not None, *gains
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)
         self.inputs = {"desired_motion": FRAME_MOTION_SIZE, "stiffness_scale": 2}

@@ -23,6 +23,7 @@ from geoimp_drake.laws.impedance.compliant_motion import (
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
+from geoimp_drake.parts.impedance_gains import GAIN_PORTS, ImpedanceGains
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
@@ -43,8 +44,6 @@ _log = logging.getLogger("drake")
 # From here on a family warns that its representation is about to fail.
 _ILL_CONDITIONED = 10.0
 
-_UNSCALED = np.ones(2)
-
 # What to do if the motion diverges.
 _REMEDY = (
     "The integration step must stay well below M/D; shorten the simulator's max_step_size, or "
@@ -57,6 +56,8 @@ class Impedance:
 
     Attributes:
         rotation: the orientation family with its gains.
+        changing_gains: as configured, or as signals say.
+        gains: `changing_gains.at`.
         needs_wrench: whether the law has the wrench in it.
         write_rate: the law `compliant_motion.frame_state_rate`.
     """
@@ -86,24 +87,24 @@ class Impedance:
         self._translates = axes in ("both", "translation")
         self._in_desired = translation_axes == "desired"
         self._masses = Masses(rotation.M_o, self._M_p, self._in_desired)
-        self._energies = Energies(
-            self._M_p, self._D_p, self._K_p, rotation, self._K_c, in_desired=self._in_desired
-        )
+        self._energies = Energies(self._M_p, rotation)
         self._law = compiled(compliant_motion(rotation.law))
         self.write_rate = compiled(frame_state_rate)
-        self._gains: tuple[Array, ...] = (
+        self.changing_gains = ImpedanceGains(
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
             np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
-            np.zeros((3, 3)) if self._K_c is None else self._K_c,
-            np.array([self._translates, self._rotates, self._K_c is not None, self._in_desired]),
+            self._K_c,
+            (self._translates, self._rotates, self._in_desired),
+            has_couplings=rotation.name == "quaternion",
         )
+        self.gains = self.changing_gains.at
         self.has_domain = self._rotates and rotation.has_domain
         self._has_conditioning = self._rotates and rotation.has_conditioning
         self.inputs = {
             "desired_motion": FRAME_MOTION_SIZE,
             "wrench": 6,
             "measured_motion": FRAME_MOTION_SIZE,
-            "stiffness_scale": 2,
+            **GAIN_PORTS,
             "slack": 6,
         }
         # Zero, quaternion included: C has not started.
@@ -113,7 +114,7 @@ class Impedance:
         self._slack = nested(self.memory.held, self._back.memory.slack)
         self._holds = self.memory.held.start + self._back.memory.holds
         self._last_acceleration = nested(self.memory.last, ACCELERATION)
-        signals = "state", "desired_motion", "wrench", "measured_motion", "stiffness_scale"
+        signals = "state", "desired_motion", "wrench", "measured_motion", *GAIN_PORTS
         self.outputs = (
             Output("compliant_motion", FRAME_MOTION_SIZE, self.find, signals),
             held("last_compliant_motion", self.memory.last),
@@ -197,7 +198,7 @@ class Impedance:
             state: of C (13,).
         """
         motion = np.full(FRAME_MOTION_SIZE, np.nan)
-        self._law(state, desired, wrench, *self._gains, motion)
+        self._law(state, desired, wrench, *self.gains(None), motion)
         return motion
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
@@ -279,28 +280,6 @@ class Impedance:
         state[VELOCITY] = 0.0
         return state
 
-    def gains(self, now: Now | None = None) -> tuple[Array, ...]:
-        """Returns the gains as the law takes them, K_p and K_o multiplied by positive factors.
-
-        Args:
-            now: the inputs, `stiffness_scale` among them if connected; None for no factors.
-
-        Raises:
-            SignalError: a factor is not positive and finite.
-        """
-        if now is None or not now.has("stiffness_scale"):
-            return self._gains
-        p, o = now["stiffness_scale"]
-        if not (0 < p < np.inf and 0 < o < np.inf):
-            raise SignalError(
-                f"Port '{now.port('stiffness_scale')}' got {p:g} and {o:g}; both factors must "
-                f"be positive and finite."
-            )
-        translation, rotation = (gains.copy() for gains in self._gains[:2])
-        translation[2] *= p
-        rotation[2] *= o
-        return translation, rotation, *self._gains[2:]
-
     def check(self, now: Now, desired: Array, wrench: Array, state: Array) -> None:
         """Raises an error, with the port's name, if the law cannot use a signal.
 
@@ -339,8 +318,7 @@ class Impedance:
             C: motion of C (19,).
             wrench: at the end effector (6,).
         """
-        scale = now["stiffness_scale"] if now.has("stiffness_scale") else _UNSCALED
-        return self._energies.evaluate(now["desired_motion"], C, wrench, scale)
+        return self._energies.evaluate(now["desired_motion"], C, wrench, self.gains(now))
 
     def _write_displacement(self, now: Now, value: Array) -> None:
         C = now.output("compliant_motion")

@@ -47,7 +47,7 @@ class NaturalImpedance:
         self.memory, self.displacement = springs.memory, springs.displacement
         law = natural_motion(springs.rotation.elastic_law, springs.rotation.axes_law)
         self._law, self._mobility = compiled(law), compiled(mobility)
-        self._factor = _factor(*_stiffness(springs.gains()))
+        self._factor = _factor(*_stiffness(springs.gains(None)))
         self.inputs = {
             "desired_motion": FRAME_MOTION_SIZE,
             "arm": object(),
@@ -116,7 +116,7 @@ class NaturalImpedance:
         springs, desired, damping = self.springs, now["desired_motion"], np.empty(6)
         state = np.concatenate((arm.Q_WE, arm.p_WE, arm.V_WE))
         gains, factor = springs.gains(now), self._factor
-        stiffness, (*_, couples, in_desired) = _stiffness(gains), gains[3]
+        stiffness, (*_, couples, in_desired, _) = _stiffness(gains), gains[3]
         if now.has("stiffness_scale"):
             factor = _factor(*stiffness, now.port("stiffness_scale"))
         if springs.has_domain:
@@ -144,7 +144,7 @@ def _write_motion(now: Now, motion: Array) -> None:
 def _stiffness(gains: tuple[Array, ...]) -> tuple[Array, Array, Array]:
     """Returns K_p, K_o and K_c of the gains as `compliant_motion` takes them."""
     translation, rotation, coupling, _ = gains
-    return translation[2], rotation[2], coupling
+    return translation[2], rotation[2], coupling[0]
 
 
 def _factor(K_p: Array, K_o: Array, K_c: Array, port: str = "") -> Array:

@@ -106,7 +106,7 @@ class Now(Protocol):
         """The value of an input."""
 
     def has(self, name: str) -> bool:
-        """Whether an input is connected."""
+        """Whether there is such an input, and it is connected."""
 
     def port(self, name: str) -> str:
         """The full name of an input, for errors."""

@@ -275,7 +275,8 @@ class _At:
         return self._values[name](self._context)
 
     def has(self, name: str) -> bool:
-        return bool(self._system._inputs[name].HasValue(self._context))
+        port = self._system._inputs.get(name)
+        return port is not None and bool(port.HasValue(self._context))
 
     def port(self, name: str) -> str:
         return f"{self.system}:{name}"

@@ -70,9 +70,10 @@ def test_c_rests_where_the_spring_in_d_holds_the_force(axes, coupling):
 def test_the_potential_is_that_of_the_spring_in_d(axes, coupling):
     desired, compliant = motions()
     compliant[LINEAR_VELOCITY] = [0.1, 0.2, -0.3]
-    rotation, in_desired = config().make_rotation(), axes == "desired"
-    energies = Energies(M, D, K, rotation, coupling, in_desired=in_desired)
-    energy = ImpedanceEnergy(energies.evaluate(desired, compliant, np.ones(6), np.ones(2)))
+    impedance, in_desired = config(axes, coupling).make(), axes == "desired"
+    energies = Energies(M, impedance.rotation)
+    gains = impedance.gains(None)
+    energy = ImpedanceEnergy(energies.evaluate(desired, compliant, np.ones(6), gains))
     in_D, dv = R_WD.T @ DP, -compliant[LINEAR_VELOCITY]
     dv_of_gains = R_WD.T @ dv if in_desired else dv
     assert energy.translational_potential == pytest.approx(0.5 * in_D @ K @ in_D)

@@ -18,6 +18,7 @@ from geoimp_drake.laws.frame_motion import (
     VELOCITY,
     is_frame_motion,
 )
+from geoimp_drake.laws.impedance.coupled_damping import without_damping
 from geoimp_drake.laws.impedance.coupled_stiffness import without_coupling
 from geoimp_drake.laws.impedance.translational_impedance import compliant_acceleration, turned
 from geoimp_drake.rotations.quaternion import normalized, rate, to_rotation
@@ -79,9 +80,10 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
             wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6,).
             translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W or in D; with a coupling, K_p is in D.
             rotation: M_o⁻¹, D_o and K_o (3, 3, 3).
-            coupling: K_c (3, 3), in D [N].
-            parts: whether translation, rotation and coupling take part, and whether `translation`
-                is in D (4,); what has no impedance follows D.
+            coupling: K_c, in D [N], and D_c, its rows in C and its columns in the axes of D_p [Ns]
+                (2, 3, 3).
+            parts: whether translation, rotation and K_c take part, whether `translation` is in D,
+                and whether D_c takes part (5,); what has no impedance follows D.
             motion: of C (19,), where to write.
         """
         if not is_frame_motion(desired) or has_diverged(wrench) or has_diverged(state):
@@ -100,13 +102,25 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
             sized(translation[2], 3, 3),
         )
         if parts[2]:
-            K_c = sized(coupling, 3, 3)
+            K_c = sized(coupling[0], 3, 3)
             moment, force, K_p = without_coupling(Q_WD, Q_WC, dp, moment, force, K_p, K_c)
         if parts[3]:
             R_WD = to_rotation(Q_WD)
             M_inv, D_p = turned(M_inv, R_WD), turned(D_p, R_WD)
             if not parts[2]:
                 K_p = turned(K_p, R_WD)
+        if parts[4]:
+            D_c = sized(coupling[1], 3, 3)
+            if parts[3]:
+                D_c = D_c @ to_rotation(Q_WD).T
+            moment, force = without_damping(
+                to_rotation(Q_WC),
+                D[ANGULAR_VELOCITY] - C[ANGULAR_VELOCITY],
+                D[LINEAR_VELOCITY] - C[LINEAR_VELOCITY],
+                moment,
+                force,
+                D_c,
+            )
         if parts[1]:
             motion[QUATERNION] = Q_WC
             motion[ANGULAR_VELOCITY] = C[ANGULAR_VELOCITY]

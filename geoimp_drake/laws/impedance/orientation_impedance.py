@@ -2,6 +2,8 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from copy import copy
+from typing import Self
 
 import numpy as np
 
@@ -49,6 +51,12 @@ class OrientationImpedance(ABC):
     def __init__(self, M_o: Array, D_o: Array, K_o: Array) -> None:
         self.M_o, self.D_o, self.K_o = M_o, D_o, K_o
         self.M_inv = np.linalg.inv(M_o)
+
+    def with_gains(self, D_o: Array, K_o: Array) -> Self:
+        """Returns the same family with another damping and stiffness."""
+        family = copy(self)
+        family.D_o, family.K_o = D_o, K_o
+        return family
 
     def angular_acceleration(
         self, Q_WD: Array, w_WD: Array, dw_WD: Array, Q_WC: Array, w_WC: Array, mu_W: Array

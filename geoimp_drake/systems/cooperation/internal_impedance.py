@@ -45,6 +45,9 @@ class InternalImpedance(FlowingPartSystem):
         input wrench: the internal wrench [¹μ; ᵒf] (6) [Nm, N]
         input measured_motion: the measured mutual motion, read until the first step only (19)
         input stiffness_scale: factors of K and K_o, one each if not connected (2)
+        input stiffness: K (6×6) row by row, [angular; linear], as configured if not connected (36)
+        input damping: D (6×6), the same (36)
+        input damping_scale: factor of D, one if not connected (1)
         input slack: what limits leave undone, by which C is held back; zero if not connected (6)
         output compliant_motion: the mutual motion for the references (19)
         output last_compliant_motion: the same when the last step began (19)
