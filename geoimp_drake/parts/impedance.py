@@ -58,6 +58,7 @@ class Impedance:
         rotation: the orientation family with its gains.
         changing_gains: as configured, or as signals say.
         gains: `changing_gains.at`.
+        energies: of whatever gains.
         needs_wrench: whether the law has the wrench in it.
         write_rate: the law `compliant_motion.frame_state_rate`.
     """
@@ -87,7 +88,7 @@ class Impedance:
         self._translates = axes in ("both", "translation")
         self._in_desired = translation_axes == "desired"
         self._masses = Masses(rotation.M_o, self._M_p, self._in_desired)
-        self._energies = Energies(self._M_p, rotation)
+        self.energies = Energies(self._M_p, rotation)
         self._law = compiled(compliant_motion(rotation.law))
         self.write_rate = compiled(frame_state_rate)
         self.changing_gains = ImpedanceGains(
@@ -310,6 +311,22 @@ class Impedance:
         rotation = self.rotation.displacement(D[QUATERNION], C[QUATERNION])
         return np.concatenate((rotation, D[POSITION] - C[POSITION]))
 
+    def moved(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
+        """Returns the integral of the velocities that damping acts on (6,), in its axes.
+
+        Args:
+            before: poses of D and of C (7,).
+            after: the same, or motions, a step later.
+        """
+        (D, C), (later_D, later_C) = before, after
+        turn = self.rotation.dual_step(
+            (D[QUATERNION], C[QUATERNION]), (later_D[QUATERNION], later_C[QUATERNION])
+        )
+        way = later_D[POSITION] - later_C[POSITION] - (D[POSITION] - C[POSITION])
+        if self._in_desired:
+            way = quaternion.to_rotation(later_D[QUATERNION]).T @ way
+        return np.concatenate((turn, way))
+
     def energy(self, now: Now, C: Array, wrench: Array) -> Array:
         """Returns ImpedanceEnergy (9,) [J, W].
 
@@ -318,7 +335,7 @@ class Impedance:
             C: motion of C (19,).
             wrench: at the end effector (6,).
         """
-        return self._energies.evaluate(now["desired_motion"], C, wrench, self.gains(now))
+        return self.energies.evaluate(now["desired_motion"], C, wrench, self.gains(now))
 
     def _write_displacement(self, now: Now, value: Array) -> None:
         C = now.output("compliant_motion")

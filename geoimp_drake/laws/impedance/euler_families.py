@@ -19,6 +19,10 @@ class _EulerImpedance(OrientationImpedance):
     has_domain = True
     has_conditioning = True
 
+    def dual_step(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
+        """(3.3), (3.6) The change of Δφ_dc or of φ_dc (3,) [rad]."""
+        return euler.wrapped(self.displacement(*after) - self.displacement(*before))
+
     def elastic_moment(self, Q_WD: Array, Q_WC: Array) -> Array:
         """(3.3), (3.6) K_oΔφ_dc or K_oφ_dc (3,) [Nm]."""
         return self.K_o @ self.displacement(Q_WD, Q_WC)

@@ -12,7 +12,7 @@ from geoimp_drake.laws.impedance import (
     quaternion_impedance,
 )
 from geoimp_drake.laws.impedance.orientation_impedance import OrientationImpedance
-from geoimp_drake.rotations import angle_axis
+from geoimp_drake.rotations import angle_axis, quaternion
 from geoimp_drake.rotations.angle_axis import Representation
 from geoimp_drake.rotations.quaternion import relative, to_rotation
 from geoimp_drake.typing import Array
@@ -29,6 +29,11 @@ class _GeometricImpedance(OrientationImpedance):
     def dual_velocity(self, Q_WD: Array, w_WD: Array, Q_WC: Array, w_WC: Array) -> Array:
         """(3.17) Δᶜω_dc (3,), in C [rad/s]."""
         return compliant_rotation.relative_angular_velocity(to_rotation(Q_WC), w_WD, w_WC)
+
+    def dual_step(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
+        """(3.17) ∫Δᶜω_dc dt (3,) [rad]: the rotation vector of ᶜR_d after by ᶜR_d before."""
+        Q_CD, later = (relative(Q_WC, Q_WD) for Q_WD, Q_WC in (before, after))
+        return quaternion.log(quaternion.product(later, quaternion.conjugate(Q_CD)))
 
     def generalized_moment(self, Q_WD: Array, Q_WC: Array, mu_W: Array) -> Array:
         """(3.22) ᶜμ (3,), in C [Nm]."""

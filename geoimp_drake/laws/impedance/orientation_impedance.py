@@ -73,6 +73,10 @@ class OrientationImpedance(ABC):
         """The velocity dual to the family's moment (3,) [rad/s]: Δφ̇_dc, φ̇_dc or Δᶜω_dc."""
 
     @abstractmethod
+    def dual_step(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
+        """The integral of the dual velocity (3,) [rad] from Q_WD, Q_WC to others close by."""
+
+    @abstractmethod
     def generalized_moment(self, Q_WD: Array, Q_WC: Array, mu_W: Array) -> Array:
         """The right side of the family's law (3,) [Nm]: Tᵀ(φ_c)μ, Tᵀ(φ_dc)ᶜμ or ᶜμ."""
 
