@@ -11,13 +11,14 @@ from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
-from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.forms import add_passivity, add_sensors, make_compiled
 from geoimp_drake.controllers.robot_joints import RobotJoints
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.admittance_controller import AdmittanceController
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics
 from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.arm import inverse_kinematics
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
@@ -46,13 +47,17 @@ def make_admittance_controller(
         sensors: of the wrist; None if the wrench is an input.
     """
     impedance, kinematics = config.impedance.make(), config.make_kinematics(model)
+    passivity = config.make_passivity(impedance)
     if config.form == "blocks":
-        return _of_blocks(impedance, kinematics, sensors)
-    return make_compiled(AdmittanceController(impedance, kinematics, sensors))
+        return _of_blocks(impedance, kinematics, sensors, passivity)
+    return make_compiled(AdmittanceController(impedance, kinematics, sensors, passivity))
 
 
 def _of_blocks(
-    impedance: Impedance, kinematics: InverseKinematics, sensors: WristSensors | None
+    impedance: Impedance,
+    kinematics: InverseKinematics,
+    sensors: WristSensors | None,
+    passivity: Passivity,
 ) -> System:
     builder = DiagramBuilder()
     compliant = builder.AddNamedSystem("impedance", ImpedanceIntegrator.of(impedance))
@@ -70,7 +75,7 @@ def _of_blocks(
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     if sensors is None:
         builder.ExportInput(compliant.GetInputPort("wrench"), "wrench")
-    builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
+    add_passivity(builder, compliant, passivity)
     for system, names in (
         (joints, [output.name for output in kinematics.outputs if output.name != "slack"]),
         (compliant, [output.name for output in impedance.outputs]),
@@ -129,7 +134,10 @@ class AdmittanceLoop:
         self.model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
         self.period = config.sampling.period
         self.joints = RobotJoints(self.model, joints)
-        part = AdmittanceController(config.impedance.make(), config.make_kinematics(self.model))
+        impedance = config.impedance.make()
+        passivity = config.make_passivity(impedance)
+        kinematics = config.make_kinematics(self.model)
+        part = AdmittanceController(impedance, kinematics, passivity=passivity)
         name = plant.GetModelInstanceName(model_instance)
         self._loop = PartLoop(part, f"{name}_admittance_loop")
 

@@ -14,12 +14,15 @@ from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAWS
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
+from geoimp_drake.parts.impedance import Impedance
+from geoimp_drake.parts.impedance_controller import EndEffectorImpedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics, ReferenceConfig
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.null_space_gain import null_space_gain
+from geoimp_drake.parts.passivity import Passivity, PassivityConfig
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
@@ -211,6 +214,7 @@ class ImpedanceControllerConfig(SchemeConfig):
     redundancy: RedundancyConfig = field(default_factory=RedundancyConfig)
     limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
     reference: ReferenceConfig | None = None  # of the scheme admittance; null for its defaults
+    passivity: PassivityConfig = field(default_factory=PassivityConfig)
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
@@ -222,6 +226,9 @@ class ImpedanceControllerConfig(SchemeConfig):
         if self.scheme == "direct" and not self.is_natural:
             self.sampling.check_impedance(key(name, "sampling"), self.impedance)
         self.check_is_streamed(key(name, "reference"), self.reference)
+        if self.is_natural:
+            why = "natural inertia has no gains that could change through it"
+            self.passivity.refuse(key(name, "passivity"), why)
         if self.scheme == "admittance":
             reference = self.reference or ReferenceConfig()
             reference.check_period(key(name, "reference"), self.sampling.period)
@@ -234,6 +241,11 @@ class ImpedanceControllerConfig(SchemeConfig):
                 f"{name} is null; with scheme: admittance limits are always kept: no servo "
                 f"follows a reference beyond them. Leave it out."
             )
+
+    def make_passivity(self, impedance: EndEffectorImpedance) -> Passivity:
+        """Returns through what the gains of an impedance change."""
+        springs = impedance if isinstance(impedance, Impedance) else impedance.springs
+        return self.passivity.make(springs)
 
     def make_kinematics(self, model: ControlModel) -> InverseKinematics:
         """Returns the part that makes joint references, for the scheme `admittance`."""

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
 from geoimp_drake.controllers.robot_joints import RobotJoints
-from geoimp_drake.errors import SignalError
+from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.parts.part_loop import PartLoop
@@ -76,7 +76,13 @@ class ControlLoop:
         self._needs_wrench = impedance.needs_wrench
         self.joints = RobotJoints(arm.model, joints)
         name = plant.GetModelInstanceName(model_instance)
-        self._loop = PartLoop(ImpedanceController(impedance, arm.loop()), f"{name}_control_loop")
+        passivity = config.make_passivity(impedance)
+        part = ImpedanceController(impedance, arm.loop(), passivity=passivity)
+        self._loop = PartLoop(part, f"{name}_control_loop")
+        self._gains: dict[str, Array] = {}
+        if passivity.gains is not None:
+            K, D = self.impedance.changing_gains.matrices()
+            self._gains = {"stiffness": K, "damping": D}
         self._reading = self._loop.input("estimated_state")
 
     @property
@@ -103,8 +109,27 @@ class ControlLoop:
             "wrench": np.zeros(6) if wrench is None else wrench,
         }
         desired = frame_motion_at_rest(self.pose(q)) if desired is None else desired
-        self._loop.reset({**readings, "desired_motion": desired})
+        self._loop.reset({**readings, **self._gains, "desired_motion": desired})
         return self.joints.torques(self._loop.output("actuation"))
+
+    def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
+        """Asks for other gains from the next tick on, which `passivity.gains` lets through.
+
+        Args:
+            stiffness: K (6, 6), [angular; linear]; None for as it is.
+            damping: D (6, 6).
+
+        Raises:
+            ConfigurationError: the configuration has no `passivity.gains`.
+            SignalError: a matrix is of another size.
+        """
+        if not self._gains:
+            raise ConfigurationError(
+                "change() is for a configuration with passivity.gains: give "
+                "PassivityConfig(gains=TankConfig())."
+            )
+        gains = {"stiffness": stiffness, "damping": damping}
+        self._loop.feed({name: np.ravel(K) for name, K in gains.items() if K is not None})
 
     def step(
         self, q: Array, v: Array, wrench: Array | None, desired: Array, dt: float | None = None

@@ -4,15 +4,17 @@ import logging
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
 from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.parts.part import Part
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.part_system import PartSystem, system_of
+from geoimp_drake.systems.passive_gains import PassiveGains
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
 
-__all__ = ["add_sensors", "make_compiled", "warn_uncompiled"]
+__all__ = ["add_passivity", "add_sensors", "make_compiled", "warn_uncompiled"]
 
 _log = logging.getLogger("drake")
 
@@ -31,6 +33,28 @@ def warn_uncompiled() -> None:
         "The controller's form is 'compiled', but laws cannot be compiled here, and uncompiled it "
         "is slower than the form 'blocks'. Install numba (the extra 'fast'), or choose 'blocks'."
     )
+
+
+def add_passivity(builder: DiagramBuilder, compliant: System, passivity: Passivity) -> None:
+    """Adds what keeps an impedance passive to its block, with ports that the controller exports.
+
+    Args:
+        builder: where it is added.
+        compliant: the block of the impedance, whose desired motion is exported already.
+        passivity: its part.
+    """
+    if passivity.gains is None:
+        builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
+        return
+    gains = builder.AddNamedSystem("passive_gains", PassiveGains.of(passivity.gains))
+    builder.ConnectInput("desired_motion", gains.GetInputPort("desired_motion"))
+    motion = "compliant_motion"
+    builder.Connect(compliant.GetOutputPort(motion), gains.GetInputPort(motion))
+    for name in ("stiffness", "damping"):
+        builder.Connect(gains.GetOutputPort(name), compliant.GetInputPort(name))
+    for name in passivity.inputs:
+        builder.ExportInput(gains.GetInputPort(name), name)
+    builder.ExportOutput(gains.GetOutputPort("tank"), "tank")
 
 
 def add_sensors(

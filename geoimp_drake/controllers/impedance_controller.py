@@ -9,13 +9,14 @@ from pydrake.systems.primitives import ConstantVectorSource
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.admittance_controller import make_admittance_controller
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
-from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.forms import add_passivity, add_sensors, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.direct_impedance import DirectImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import EndEffectorImpedance, ImpedanceController
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems import direct_impedance
@@ -112,6 +113,10 @@ def make_impedance_controller(
         output task_value: the task function w (1)
         output limited: what limits do since the last step began, `Limited`; not with null (10)
 
+        With `config.passivity.gains` there are inputs `stiffness` and `damping`, K and D (6×6) row
+        by row in the order [angular; linear], as configured where not connected (36), and an output
+        `tank`, the energy that is there for their changes: see `systems.passive_gains`.
+
         With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
         reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
         `peak_reading` as `ForceTorqueSensor` has them.
@@ -133,10 +138,12 @@ def make_impedance_controller(
             plant, model_instance, end_effector_frame, config, task_function, gravity=gravity
         )
         sensors = _sensors(sensor, end_effector_frame, config)
+        passivity = config.make_passivity(impedance)
         if config.form == "compiled":
-            controller = make_compiled(ImpedanceController(impedance, arm.loop(), sensors))
+            part = ImpedanceController(impedance, arm.loop(), sensors, passivity)
+            controller = make_compiled(part)
         else:
-            controller = _of_blocks(impedance, arm, sensors)
+            controller = _of_blocks(impedance, arm, sensors, passivity)
     controller.set_name(name_after_arms(plant, [model_instance], "impedance_controller"))
     return controller
 
@@ -209,7 +216,10 @@ def impedance_block(impedance: EndEffectorImpedance) -> PartSystem:
 
 
 def _of_blocks(
-    impedance: EndEffectorImpedance, arm: InnerLoopParts, sensors: WristSensors | None
+    impedance: EndEffectorImpedance,
+    arm: InnerLoopParts,
+    sensors: WristSensors | None,
+    passivity: Passivity,
 ) -> System:
     builder = DiagramBuilder()
     compliant = builder.AddNamedSystem("impedance", impedance_block(impedance))
@@ -240,7 +250,7 @@ def _of_blocks(
     if slack is not None:
         # C is held back by what the limits leave undone.
         builder.Connect(slack, compliant.GetInputPort("slack"))
-    builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
+    add_passivity(builder, compliant, passivity)
     for name in ("compliant_motion", "displacement", "energy", "last_compliant_motion"):
         builder.ExportOutput(compliant.GetOutputPort(name), name)
     for name, port in loop.outputs.items():

@@ -8,6 +8,7 @@ from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics
 from geoimp_drake.parts.part import Memory, Now, Output, nested
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
@@ -22,6 +23,7 @@ class AdmittanceController:
         impedance: of the end effector.
         kinematics: makes the joint references with which E follows C.
         sensor: the wrist sensor; None if the wrench is an input.
+        passivity: through what the gains change.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -33,13 +35,15 @@ class AdmittanceController:
         impedance: Impedance,
         kinematics: InverseKinematics,
         sensor: WristSensors | None = None,
+        passivity: Passivity | None = None,
     ):
         self._impedance, self._kinematics, self._sensor = impedance, kinematics, sensor
+        self._passivity = passivity = passivity or Passivity()
         self.inputs: dict[str, Any] = {
             "estimated_state": 2 * kinematics.model.num_joints,
             "desired_motion": FRAME_MOTION_SIZE,
             **({"wrench": 6} if sensor is None else {}),
-            "stiffness_scale": 2,
+            **passivity.inputs,
         }
         of = "state", "memory", *self.inputs
         self.inputs |= {} if sensor is None else sensor.plant_inputs
@@ -48,6 +52,7 @@ class AdmittanceController:
             kinematics=kinematics.memory,
             impedance=impedance.memory,
             sensor=Memory() if sensor is None else sensor.memory,
+            passivity=passivity.memory,
         )
         self._slack = nested(self.memory.kinematics, kinematics.slack)
         self._last = nested(self.memory.impedance, impedance.memory.last)
@@ -64,6 +69,7 @@ class AdmittanceController:
                 replace(output, write=self._written_by(output), of=_of(output, of))
                 for output in others
             ),
+            *passivity.outputs(self.memory.passivity),
         ]
         if sensor is not None:
             self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
@@ -79,6 +85,7 @@ class AdmittanceController:
     def start(self, memory: Array, now: Now) -> None:
         """Takes the measured posture as the first reference."""
         self._kinematics.start(memory[self.memory.kinematics], now)
+        self._passivity.start(memory[self.memory.passivity], now)
         if self._sensor is not None:
             self._sensor.start(memory[self.memory.sensor], now)
 
@@ -87,6 +94,7 @@ class AdmittanceController:
         motion, slack = now.output("compliant_motion"), now.memory[self._slack]
         view = self._of_impedance(now)
         self._impedance.keep(memory[self.memory.impedance], state, view, motion, slack)
+        self._passivity.keep(memory[self.memory.passivity], now, motion)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state."""
@@ -109,7 +117,8 @@ class AdmittanceController:
         if self._sensor is not None:
             given["wrench"] = memory[self._sensed]
         names = {"measured_motion": "estimated_state"}
-        return Within(now, names, given, memory[self.memory.impedance], now.state)
+        view = self._passivity.view(memory[self.memory.passivity], now)
+        return Within(view, names, given, memory[self.memory.impedance], now.state)
 
     def _of_sensor(self, now: Now) -> Within:
         """Returns the sensor's inputs; the plant's last step followed the last motion of C."""

@@ -12,6 +12,7 @@ from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import slack_of
 from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.typing import Array
@@ -50,6 +51,7 @@ class ImpedanceController:
         impedance: of the end effector.
         loop: the arm's inner loop.
         sensor: the wrist sensor; None if the wrench is an input.
+        passivity: through what the gains change.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -62,15 +64,17 @@ class ImpedanceController:
         impedance: EndEffectorImpedance,
         loop: InnerLoop,
         sensor: WristSensors | None = None,
+        passivity: Passivity | None = None,
     ):
         self._impedance, self._loop, self._sensor = impedance, loop, sensor
+        self._passivity = passivity = passivity or Passivity()
         n = loop.model.num_joints
         self.models = [loop.model]
         self.inputs: dict[str, Any] = {
             "estimated_state": 2 * n,
             "desired_motion": FRAME_MOTION_SIZE,
             **({"wrench": 6} if sensor is None else {}),
-            "stiffness_scale": 2,
+            **passivity.inputs,
         }
         reading, found, torque = ("memory", "estimated_state"), "found", ("found", "time")
         self.found_of = "state", "memory", *self.inputs
@@ -82,6 +86,7 @@ class ImpedanceController:
             arm=loop.memory,
             impedance=impedance.memory,
             sensor=Memory() if sensor is None else sensor.memory,
+            passivity=passivity.memory,
         )
         self._sensed = slice(0)
         if sensor is not None:
@@ -100,7 +105,7 @@ class ImpedanceController:
                 "energy",
                 len(ImpedanceEnergy.get_fields()),
                 self._write_energy,
-                (found, "desired_motion", "stiffness_scale"),
+                (found, "desired_motion", *passivity.inputs),
             ),
             held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
             held("last_compliant_motion", self._last),
@@ -109,6 +114,7 @@ class ImpedanceController:
             Output("null_space_error", n, self._write_error, torque),
             Output("task_value", 1, self._write_task_value, torque),
         ]
+        self.outputs += passivity.outputs(self.memory.passivity)
         if loop.limits.is_on:
             self.outputs.append(held("limited", nested(self.memory.arm, loop.limited)))
         if sensor is not None:
@@ -124,6 +130,7 @@ class ImpedanceController:
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading."""
         self._loop.start(memory[self.memory.arm], now)
+        self._passivity.start(memory[self.memory.passivity], now)
         if self._sensor is not None:
             self._sensor.start(memory[self.memory.sensor], now)
 
@@ -141,15 +148,21 @@ class ImpedanceController:
         found.time = np.nan
         found.wrench = self._wrench(now, memory)
         arm = memory[self.memory.arm]
-        found.terms = self._impedance.follow(now, found.wrench, self._loop, arm, found.motion)
+        view = self._view(now, memory)
+        found.terms = self._impedance.follow(view, found.wrench, self._loop, arm, found.motion)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
         found = self._resolved(now)
         *_, bound, limited = found.reports
-        place = memory[self.memory.impedance]
-        self._impedance.keep(place, state, now, found.motion, slack_of(limited))
+        place, view = memory[self.memory.impedance], self._view(now, found.memory)
+        self._impedance.keep(place, state, view, found.motion, slack_of(limited))
+        self._passivity.keep(memory[self.memory.passivity], now, found.motion)
         self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
+
+    def _view(self, now: Now, memory: Array) -> Now:
+        """Returns what the impedance sees."""
+        return self._passivity.view(memory[self.memory.passivity], now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:
         """Returns the measured wrench; NaN where there is none and none is needed."""
@@ -198,7 +211,8 @@ class ImpedanceController:
 
     def _write_energy(self, now: Now, value: Array) -> None:
         found: _Found = now.found
-        value[:] = self._impedance.energy(now, found.motion, found.wrench, *found.terms)
+        view = self._view(now, found.memory)
+        value[:] = self._impedance.energy(view, found.motion, found.wrench, *found.terms)
 
     def _write_singular_value(self, now: Now, value: Array) -> None:
         memory = self._remembered(now)[self.memory.arm]

@@ -12,13 +12,14 @@ from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import (
     BasicVector,
     Context,
-    ContinuousState,
     DiagramBuilder,
     DiscreteValues,
     System,
 )
 
-from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.energy_tank import EnergyTank, TankConfig
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy, dissipated_power
+from geoimp_drake.parts.part import Memory
 from geoimp_drake.simulation.visualization import FRAME_PERIOD, frame_period
 from geoimp_drake.systems.naming import unused_name
 from geoimp_drake.systems.part_system import Block
@@ -27,7 +28,7 @@ from geoimp_drake.typing import Array
 __all__ = ["PushButton", "StiffnessSliders", "add_live_controls", "pause_button"]
 
 TRANSLATION, ROTATION = "K_p, factor", "K_o, factor"
-INJECTED = "injected [W]"
+INJECTED, TANK = "injected [W]", "tank [J]"
 PUSH, PAUSE = "Push the hand", "Pause / go on"
 
 _FACTORS = (0.25, 4.0)
@@ -78,8 +79,10 @@ class StiffnessSliders(Block):
     """Two sliders that scale K_p and K_o; the stiffness follows them without a jump.
 
     A factor s follows its slider u by ṡ = (u − s)/T, T = 0.3 s, so that the elastic wrench is
-    continuous. A spring that is made stiffer while it is loaded gains energy that no
-    force supplies: the power 𝒰 ṡ/s, 𝒰 the potential energy, is put out and shown.
+    continuous. A spring that is made stiffer while it is loaded gains energy that no force
+    supplies, Δ𝒰 = 𝒰 Δs/s a step, 𝒰 the potential energy. It comes out of an energy tank (0.2 J at
+    the start, 2 J at most) that damping fills; from an empty one the stiffness rises no further.
+    The power is put out and shown, and so is what is in the tank.
 
     Args:
         meshcat: where the sliders appear.
@@ -88,63 +91,87 @@ class StiffnessSliders(Block):
     Ports:
         input energy: `ImpedanceEnergy` of the impedance (9)
         output stiffness_scale: factors of K_p and K_o (2)
-        output injected_power: by both (1) [W]
+        output injected_power: by both in the last step (1) [W]
+        output tank: energy in the tank (1) [J]
     """
 
     def __init__(self, meshcat: Meshcat, period: float = FRAME_PERIOD):
         super().__init__()
-        self._meshcat = meshcat
+        self._meshcat, self._tank = meshcat, EnergyTank(TankConfig())
         self._energy = self.DeclareVectorInputPort("energy", len(ImpedanceEnergy.get_fields()))
-        self._targets = self.declare_state(np.ones(2))
-        self.DeclareContinuousState(BasicVector(np.ones(2)), 0, 0, 2)
-        state = {self.xc_ticket()}
-        self.DeclareVectorOutputPort("stiffness_scale", 2, self._calc_scale, state)
-        self.DeclareVectorOutputPort("injected_power", 1, self._calc_power)
+        self._places = Memory(
+            targets=np.ones(2),
+            scale=np.ones(2),
+            injected=np.zeros(1),
+            tank=self._tank.memory,
+            power=0.0,
+            time=0.0,
+        )
+        self._state = self.declare_state(self._places.start)
+        held = {self.xd_ticket()}
+        for name, place in (
+            ("stiffness_scale", self._places.scale),
+            ("injected_power", self._places.injected),
+            ("tank", self._places.tank),
+        ):
+            size = place.stop - place.start
+            self.DeclareVectorOutputPort(name, size, self._put_out(place), held)
         for name in (TRANSLATION, ROTATION):
             _add_slider(meshcat, name, *_FACTORS, 0.05, 1.0)
         _add_slider(meshcat, INJECTED, -_MOST_POWER, _MOST_POWER, 0.01, 0.0)
+        _add_slider(meshcat, TANK, 0.0, TankConfig().cap, 0.01, TankConfig().start)
+        self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._read)
+        self.DeclarePerStepDiscreteUpdateEvent(self._follow)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._show)
 
+    def _put_out(self, place: slice) -> Callable[[Context, BasicVector], None]:
+        return lambda context, output: output.SetFromVector(self._values(context)[place])
+
+    def _values(self, context: Context) -> Array:
+        values: Array = context.get_discrete_state(self._state).value()
+        return values
+
+    def _start(self, context: Context, state: DiscreteValues) -> None:
+        values = self._places.start.copy()
+        values[self._places.time] = context.get_time()
+        state.set_value(self._state, values)
+
     def _read(self, context: Context, state: DiscreteValues) -> None:
-        before = context.get_discrete_state(self._targets).value()
-        values = np.array([self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)])
+        values = state.get_mutable_value(self._state)
+        told = np.array([self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)])
         # Drake takes any number that a page sends, whatever the range.
-        state.set_value(self._targets, np.where(np.isnan(values), before, values.clip(*_FACTORS)))
+        targets = values[self._places.targets]
+        targets[:] = np.where(np.isnan(told), targets, told.clip(*_FACTORS))
 
-    def _rates(self, context: Context) -> Array:
-        targets: Array = context.get_discrete_state(self._targets).value()
-        return (targets - _scale(context)) / _LAG
-
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        """Lets the factors follow the sliders."""
-        derivatives.SetFromVector(self._rates(context))
-
-    def _calc_scale(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(_scale(context))
-
-    def _power(self, context: Context) -> float:
-        energy = ImpedanceEnergy(self._energy.Eval(context))
-        potential = [energy.translational_potential, energy.rotational_potential]
-        return float(self._rates(context) / _scale(context) @ potential)
-
-    def _calc_power(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._power(context)])
+    def _follow(self, context: Context, state: DiscreteValues) -> None:
+        """Lets the factors follow the sliders, as far as the tank lets."""
+        places, values = self._places, state.get_mutable_value(self._state)
+        step, values[places.time] = context.get_time() - values[places.time], context.get_time()
+        energy = self._energy.Eval(context)
+        view, power = ImpedanceEnergy(energy), dissipated_power(energy)
+        # No more than has been dissipated, while the power rises or falls.
+        gained = step * min(power, values[places.power])
+        values[places.power] = power
+        scale = values[places.scale]
+        change = (values[places.targets] - scale) * (1.0 - np.exp(-step / _LAG))
+        potential = [view.translational_potential, view.rotational_potential]
+        injected = float(change / scale @ potential)
+        share = self._tank.share(values[places.tank], injected, gained)
+        scale += share * change
+        values[places.injected] = share * injected / step if step else 0.0
 
     def _show(self, context: Context) -> None:
-        shown = float(np.clip(self._power(context), -_MOST_POWER, _MOST_POWER))
-        self._meshcat.SetSliderValue(INJECTED, shown)
+        values = self._values(context)
+        (power,), (level,) = values[self._places.injected], values[self._places.tank]
+        self._meshcat.SetSliderValue(INJECTED, float(np.clip(power, -_MOST_POWER, _MOST_POWER)))
+        self._meshcat.SetSliderValue(TANK, float(level))
 
 
 def _add_slider(meshcat: Meshcat, name: str, *numbers: float) -> None:
     """Adds a slider at its initial value, in the place of one that an earlier diagram left."""
     meshcat.DeleteSlider(name, strict=False)
     meshcat.AddSlider(name, *numbers)
-
-
-def _scale(context: Context) -> Array:
-    scale: Array = context.get_continuous_state_vector().CopyToVector()
-    return scale
 
 
 class PushButton(Block):

@@ -18,6 +18,7 @@ from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.parts.passive_gains import PassiveGains
+from geoimp_drake.rotations import quaternion
 from geoimp_drake.systems import passive_gains
 from geoimp_drake.systems.frame_motion import VELOCITY, frame_motion_at_rest
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
@@ -250,6 +251,34 @@ def test_a_stiffness_that_falls_fills_the_tank() -> None:
     loop.step({"stiffness": 0.5 * K}, motions, 1e-3)
     d = X_WD.rotation().inverse() @ (D[4:7] - C[4:7])
     assert loop.output("tank")[0] == pytest.approx(0.2 + 0.25 * d @ K_P @ d)
+
+
+@needs_numba
+def test_a_coupled_damping_takes_its_power_from_both_parts() -> None:
+    """Energies of a C that slows down by the whole of D balance, and D is not its blocks."""
+    trajectory = Trajectory(springs(), TankConfig(), np.random.default_rng(3))
+    K, damping = (gain.reshape(6, 6) for gain in trajectory.impedance.changing_gains.matrices())
+    D = damping.copy()
+    D[:3, 3:] = [[10.0, 5.0, 0.0], [-4.0, 8.0, 3.0], [0.0, 2.0, 6.0]]
+    D[3:, :3] = D[:3, 3:].T
+    gains = trajectory.impedance.changing_gains.of(K.ravel(), D.ravel())
+    C = trajectory.at()
+    power = ImpedanceEnergy(
+        trajectory.impedance.energies.evaluate(trajectory.D, C, np.zeros(6), gains)
+    )
+    R_WC, R_WD = (quaternion.to_rotation(motion[:4]) for motion in (C, trajectory.D))
+    V = np.concatenate((-R_WC.T @ C[7:10], -R_WD.T @ C[10:13]))
+    dissipated = power.translational_dissipated_power + power.rotational_dissipated_power
+    assert dissipated == pytest.approx(V @ D @ V)
+    assert abs(V @ D @ V - V @ damping @ V) > 0.1
+    # What is accelerated less has that power less.
+    motions = np.zeros((2, 19))
+    plain = trajectory.impedance.changing_gains.of(K.ravel(), damping.ravel())
+    for motion, given in zip(motions, (gains, plain), strict=True):
+        assert trajectory._law(C[:13], trajectory.D, np.zeros(6), *given, motion)
+    less = motions[0][13:19] - motions[1][13:19]
+    lost = C[7:10] @ R_WC @ M_O @ R_WC.T @ less[:3] + C[10:13] @ R_WD @ M_P @ R_WD.T @ less[3:]
+    assert lost == pytest.approx(V @ damping @ V - V @ D @ V)
 
 
 # What is refused.

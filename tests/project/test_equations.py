@@ -24,9 +24,10 @@ CHAPTER = [
     ),
     "Table 2.1",
     "(3.1 natural)",
+    "(3.21 coupled)",
     "(3.29 trace)",
     "(3.31 coupled)",
-    *(f"(L.{k})" for k in range(1, 4)),
+    *(f"(L.{k})" for k in range(1, 6)),
     "(A.1)",
 ]
 

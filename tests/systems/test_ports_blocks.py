@@ -59,6 +59,7 @@ from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.natural_impedance import NaturalImpedance
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
+from geoimp_drake.systems.passive_gains import PassiveGains
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.systems.sensing.momentum_observer import MomentumObserver
@@ -131,6 +132,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     MotionController: (MotionController, 0),
     LastMotion: (LastMotion, 0),
     NaturalImpedance: (lambda: NaturalImpedance(make_impedance().part), 0),
+    PassiveGains: (lambda: PassiveGains(make_impedance().part), 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),
     HandOver: (lambda: HandOver(7), 7),
