@@ -5,7 +5,6 @@
 ```
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,28 +13,24 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.control_loop import ControlLoop
-from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor, tool_load_beyond
+from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.sensing.load_identification import IdentifiedLoad
 from geoimp_drake.parts.wrist_sensor_config import ToolLoad
 from geoimp_drake.robots.drive import Drive
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus
-from geoimp_drake.robots.tare import identify_payload, read_at_rest, tare_postures
+from geoimp_drake.robots.tare_drive import PostureTour
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check
 
-__all__ = ["ScenarioDrive", "payload_of", "simulated_robot"]
-
-# Statuses of which a posture's mean is taken.
-_SAMPLES = 100
+__all__ = ["ScenarioDrive", "simulated_robot"]
 
 
 def simulated_robot(
@@ -72,53 +67,6 @@ def simulated_robot(
     return PlantArm(builder.Build(), plant, arm, gravity=gravity, wrench="wrench")
 
 
-def payload_of(
-    scenario: SingleArmScenario,
-    count: int,
-    wait: Callable[[int], None],
-    *,
-    at_wrist: bool = False,
-) -> tuple[IdentifiedLoad, tuple[str, ...]]:
-    """Returns what hangs on the arm of a scenario beyond its robot's file, and the joints' names.
-
-    Nothing is commanded to a real robot: it is moved by hand. The scenario's plant is put into each
-    posture, without surface and push.
-
-    Args:
-        scenario: with a robot of its own.
-        count: of postures.
-        wait: returns when the robot rests in a posture, whose number it gets.
-        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
-
-    Raises:
-        RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
-        ConfigurationError: the postures are too alike.
-    """
-    check(scenario)
-    assert scenario.robot is not None
-    alone = replace(scenario, surface=None, external=None)
-    bare, plant = replace(alone, robot=replace(scenario.robot, payload=None)), MultibodyPlant(0.0)
-    E, joint = add_single_arm(plant, bare)
-    tool = tool_load_beyond(plant, joint)
-    model = ControlModel.of_arm(plant, plant.GetModelInstanceByName(scenario.arm), E)
-    driver = scenario.robot.driver
-    readings = []
-    if driver.kind == "plant":
-        first, _ = start_posture(model, scenario.start)
-        for q in tare_postures(model, first, count):
-            start = replace(scenario.start, posture=q.tolist())
-            robot: RobotArm = simulated_robot(replace(alone, start=start), tool=tool)
-            robot.connect()
-            readings.append(read_at_rest(robot, model, _SAMPLES, at_wrist=at_wrist))
-    else:
-        robot = driver.make(model.joint_names, lambda: simulated_robot(alone))
-        for number in range(1, count + 1):
-            wait(number)
-            robot.connect()
-            readings.append(read_at_rest(robot, model, _SAMPLES, at_wrist=at_wrist))
-    return identify_payload(robot, model, readings, at_wrist=at_wrist), model.joint_names
-
-
 def _check_nominal(scenario: SingleArmScenario) -> None:
     if not scenario.world.is_none():
         raise ConfigurationError(
@@ -134,6 +82,7 @@ class ScenarioDrive:
 
     Args:
         scenario: is checked, its duration filled in; the start posture is that of the robot.
+        robot: the driver, in the place of the one that the scenario names.
 
     Attributes:
         robot: the driver.
@@ -143,7 +92,7 @@ class ScenarioDrive:
         ConfigurationError: the scenario cannot be used, or does not fit its driver.
     """
 
-    def __init__(self, scenario: SingleArmScenario):
+    def __init__(self, scenario: SingleArmScenario, robot: RobotArm | None = None):
         check(scenario)
         _check_nominal(scenario)
         self._scenario = scenario
@@ -153,7 +102,7 @@ class ScenarioDrive:
         E, _ = add_single_arm(plant, scenario)
         arm = plant.GetModelInstanceByName(scenario.arm)
         joints = ControlModel.of_arm(plant, arm, E).joint_names
-        self.robot: RobotArm = driver.make(joints, lambda: simulated_robot(scenario))
+        self.robot = robot or driver.make(joints, lambda: simulated_robot(scenario))
         self.loop = ControlLoop(
             plant, arm, E, scenario, gravity=self.robot.gravity, joints=self.robot.joints
         )
@@ -170,6 +119,12 @@ class ScenarioDrive:
         X_WE = self.loop.pose(self._drive.look().q)
         motion = DesiredMotion(X_WE, self._scenario.segments)
         return self._drive.run(motion, self._scenario.length)
+
+    def tour(self, model: ControlModel, postures: list[Array]) -> DriveLog:
+        """Drives the arm to postures (n), base first, with a rest in each; returns the log."""
+        first = self.loop.joints.from_base(self._drive.look().q)
+        tour = PostureTour(model, [first, *postures])
+        return self._drive.run(tour, tour.duration)
 
     def log(self, driven: DriveLog) -> dict[str, Array]:
         """Returns the log of a whole drive by the keys of a run's."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, payload_of, simulated_robot
+from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, simulated_robot
 from geoimp_drake.diagrams.setups.replayed_arm import replay_log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
@@ -18,16 +18,10 @@ from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
 from geoimp_drake.simulation.replay import start_meshcat, stop_listening
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import whole_number
 
-__all__ = ["drive_robot", "look_at_robot", "simulate_robot", "tare_robot"]
+__all__ = ["drive_robot", "look_at_robot", "simulate_robot", "single"]
 
 _TICKS = "ticks.npz"
-
-_COMPONENTS = ("μ_x", "μ_y", "μ_z", "f_x", "f_y", "f_z")
-
-# What weighs less counts as nothing [kg].
-_NO_LOAD = 5e-3
 
 
 def drive_robot(
@@ -43,7 +37,7 @@ def drive_robot(
         html: write a replay.
     """
     check_folder(out, [*RUN_FILES, _TICKS])
-    is_simulated = _single(scenario).robot.driver.kind == "plant"
+    is_simulated = single(scenario).robot.driver.kind == "plant"
     with nullcontext() if is_simulated else real_time():
         drive = ScenarioDrive(scenario)
         log = drive.run()
@@ -67,7 +61,7 @@ def _replay(experiment: Any, scenario: Any, log: dict[str, Array]) -> Meshcat:
 
 def look_at_robot(scenario: Any) -> None:
     """Prints where a robot is and which torques it would be sent; nothing is commanded."""
-    drive = ScenarioDrive(_single(scenario))
+    drive = ScenarioDrive(single(scenario))
     status, torque = drive.look()
     X_WE = drive.loop.pose(status.q)
     print(f"{drive.robot.name}: gravity is held by the {drive.robot.gravity}")
@@ -87,48 +81,14 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
         url: of LCM; empty for its own default.
         in_step: wait for the answer to each status.
     """
-    driver = _single(scenario).robot.driver
+    driver = single(scenario).robot.driver
     robot = simulated_robot(scenario, gravity="robot")
     server = LcmRobot(robot, driver.messages, url or driver.url, driver.period, driver.channel)
     server.run(scenario.length, in_step=in_step)
 
 
-def tare_robot(scenario: Any, postures: int, *, at_wrist: bool) -> None:
-    """Prints what hangs on the arm of a scenario beyond its robot's file.
-
-    Args:
-        scenario: with one arm.
-        postures: how many; a real robot is moved to each by hand.
-        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
-    """
-    whole_number(postures, "--postures", 2, 100)
-    load, joints = payload_of(_single(scenario), postures, _wait_for_posture, at_wrist=at_wrist)
-    print(
-        f"mass {load.mass:.4f} kg, centre {np.round(1e3 * load.centre_of_mass, 2).tolist()} mm in E"
-    )
-    names = _COMPONENTS if at_wrist else joints
-    biases = ", ".join(f"{name} {b:.3f}" for name, b in zip(names, load.bias, strict=True))
-    print(f"bias of the {'wrench in E' if at_wrist else 'joints'} [Nm, N]: {biases}")
-    left = " and ".join(
-        f"{value:.2g} {unit}" for value, unit in zip(load.left_over, ("Nm", "N"), strict=False)
-    )
-    print(f"condition {load.condition:.1f}, left over {left}")
-    if load.mass > _NO_LOAD:
-        centre = ", ".join(f"{x:.5f}" for x in load.centre_of_mass)
-        print("for the scenario:")
-        print(f"robot:\n  payload: {{ mass: {load.mass:.4f}, centre_of_mass: [{centre}] }}")
-
-
-def _wait_for_posture(number: int) -> None:
-    try:
-        input(f"posture {number}: move the arm there by hand, let it rest, press Enter ")
-    except EOFError:
-        raise ConfigurationError(
-            "geoimp tare waits for Enter in each posture; run it in a terminal."
-        ) from None
-
-
-def _single(scenario: Any) -> Any:
+def single(scenario: Any) -> Any:
+    """Returns a scenario that has a robot of its own; raises ConfigurationError for another."""
     if not isinstance(scenario, SingleArmScenario) or scenario.robot is None:
         raise ConfigurationError(
             "The scenario has no robot of its own; give robot.file, robot.end_effector and "

@@ -136,10 +136,21 @@ def _add_robot_commands(subparsers: Any) -> None:
         help="find mass and centre of what hangs on the robot of a scenario",
         description="Reads the joints' external torques at rest in some postures and prints the "
         "load that explains them, beyond the robot's file, with the lines for the scenario. A real "
-        "robot is moved to each posture by hand; nothing is commanded.",
+        "robot is moved to each posture by hand, and nothing is commanded, unless --drive lists "
+        "the postures.",
     )
     tare.add_argument("scenario", type=Path, metavar="SCENARIO", help="YAML file")
-    tare.add_argument("--postures", type=int, default=8, metavar="N", help="how many (8)")
+    where = tare.add_mutually_exclusive_group()
+    where.add_argument("--postures", type=int, default=8, metavar="N", help="how many (8)")
+    where.add_argument(
+        "--drive",
+        type=Path,
+        metavar="FILE",
+        help="drive to each of the postures in a YAML file, joint positions from base to hand",
+    )
+    where.add_argument(
+        "--log", type=Path, metavar="FILE", help="log.npz of a motion, in the place of postures"
+    )
     tare.add_argument(
         "--wrist", action="store_true", help="use the wrench that the robot reports, not its joints"
     )

@@ -46,11 +46,11 @@ def robot_sim(options: argparse.Namespace) -> int:
 
 def tare(options: argparse.Namespace) -> int:
     """Finds what hangs on the arm of a scenario. Returns the exit status."""
-    from geoimp_drake.cli.driving import tare_robot
+    from geoimp_drake.cli.taring import tare_robot
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 
     options.duration = None
     experiment = get_experiment(named_in(options.scenario))
     scenario = scenario_of(experiment, options, None, None)
-    tare_robot(scenario, options.postures, at_wrist=options.wrist)
+    tare_robot(scenario, options.postures, options.drive, options.log, at_wrist=options.wrist)
     return SUCCESS

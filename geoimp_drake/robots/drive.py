@@ -13,7 +13,7 @@ from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.observer_checks import warn_of_late_torque
-from geoimp_drake.errors import GeoimpError
+from geoimp_drake.errors import ConfigurationError, GeoimpError
 from geoimp_drake.laws.compositions.momentum_observation import external_wrench
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
@@ -23,7 +23,7 @@ from geoimp_drake.robots.drive_log import DriveLog, TickLog
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import check, choice, key, positive
+from geoimp_drake.validation import check, choice, finite_vector, key, positive
 
 __all__ = ["WRENCHES", "Drive", "DriveConfig"]
 
@@ -49,6 +49,8 @@ class DriveConfig:
 
     # At E: observer, robot, as it reports it, or none; null for the first.
     wrench: str | None = None
+    # Subtracted from what the robot reports, [moment; force] in E; `geoimp tare --wrist` finds it.
+    wrench_bias: Array = field(default_factory=lambda: np.zeros(6))
     observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
     keep: float = 10.0  # time whose every tick is kept in the log [s]
@@ -58,6 +60,12 @@ class DriveConfig:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         if self.wrench is not None:
             choice(self.wrench, key(name, "wrench"), WRENCHES)
+        finite_vector(self.wrench_bias, key(name, "wrench_bias"), 6)
+        if np.any(self.wrench_bias) and self.wrench != "robot":
+            raise ConfigurationError(
+                f"{key(name, 'wrench_bias')} is of the wrench that the robot reports, and "
+                f"{key(name, 'wrench')} is {self.wrench or 'not given'}: give robot, or no bias."
+            )
         positive(self.keep, key(name, "keep"), "s")
         positive(self.log_period, key(name, "log_period"), "s")
 
@@ -214,6 +222,9 @@ class Drive:
         read: dict[str, Any] = (
             {} if status is None else {"t": status.time, "q": status.q, "v": status.v}
         )
+        for name in ("wrench", "external_torque"):
+            if (reported := getattr(status, name, None)) is not None:
+                read[f"reported_{name}"] = reported
         mode = self._supervisor.output("mode")
         kept = {**read, "torque": self._sent, "wrench": wrench, "mode": mode, **motions}
         self._log.append(kept, computing)
@@ -235,7 +246,7 @@ class Drive:
     def _reported(self, status: RobotStatus) -> Array:
         """Returns the wrench that the robot itself measures, or estimates at its joints."""
         if status.wrench is not None:
-            return status.wrench
+            return status.wrench - self._bias(status)
         if status.external_torque is None:
             raise RobotError(
                 f"{self._robot.name} reports no wrench; observe it, with wrench: observer."
@@ -245,6 +256,13 @@ class Drive:
         external = joints.from_base(status.external_torque)
         self._external_wrench(reading, external, h)
         return h
+
+    def _bias(self, status: RobotStatus) -> Array:
+        """Returns the bias of the reported wrench, in W."""
+        if not np.any(bias := self._config.wrench_bias):
+            return bias
+        R_WE = self._loop.pose(status.q).rotation().matrix()
+        return (bias.reshape(2, 3) @ R_WE.T).ravel()
 
     def _observed(self, status: RobotStatus) -> dict[str, Array]:
         joints = self._loop.joints

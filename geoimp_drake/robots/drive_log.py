@@ -13,10 +13,10 @@ __all__ = ["DriveLog", "TickLog"]
 
 @dataclass
 class DriveLog:
-    """What was logged of a drive: t, q, v, torque, wrench, mode and motions, a row a tick.
+    """What was logged of a drive: t, q, v, torque, wrench, mode, motions, and what was reported.
 
     Attributes:
-        values: of the last ticks.
+        values: of the last ticks, a row each.
         whole: of the whole drive, a row each log period.
         ticks: how many there were in all.
         computing: from a status to its torques, of the last ticks [s].
@@ -43,6 +43,7 @@ class TickLog:
     def __init__(self, keep: float, log_period: float, period: float, n: int):
         size = round(keep / period)
         widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
+        widths |= {"reported_wrench": 6, "reported_external_torque": n}
         widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
         self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
         self._coarse: dict[str, list[Array]] = {name: [] for name in widths}

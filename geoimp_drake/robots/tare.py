@@ -1,6 +1,6 @@
 """What hangs on an arm that its model does not know, from what joints or wrist feel at rest."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
@@ -15,7 +15,7 @@ from geoimp_drake.laws.sensing.load_identification import (
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.typing import Array
 
-__all__ = ["TareReading", "identify_payload", "read_at_rest", "tare_postures"]
+__all__ = ["TareReading", "identify_payload", "mean_at_rest", "read_at_rest", "tare_postures"]
 
 # Joints that move faster are not at rest [rad/s, m/s].
 _AT_REST = 0.02
@@ -48,19 +48,26 @@ def read_at_rest(
     Raises:
         RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
     """
-    q, felt = [], []
-    joints = RobotJoints(model, robot.joints)
+    statuses = []
     for _ in range(_SETTLING + samples):
-        status = robot.read()
-        if status is None:
+        if (status := robot.read()) is None:
             raise RobotError(f"{robot.name} does not answer; its status is needed at rest.")
+        statuses.append(status)
+    return mean_at_rest(robot, model, statuses[_SETTLING:], at_wrist=at_wrist)
+
+
+def mean_at_rest(
+    robot: RobotArm, model: ControlModel, statuses: Sequence[RobotStatus], *, at_wrist: bool
+) -> TareReading:
+    """Returns what `read_at_rest` does, of statuses that have been read; errors are the same."""
+    joints, felt = RobotJoints(model, robot.joints), []
+    for status in statuses:
         if (speed := float(np.abs(status.v).max())) > _AT_REST:
             raise RobotError(
                 f"{robot.name} moves at {speed:.3g} rad/s; let it rest (at most {_AT_REST:g})."
             )
-        q.append(status.q)
         felt.append(_wrench(robot, status) if at_wrist else _external(robot, status, joints, model))
-    return np.mean(q[_SETTLING:], axis=0), np.mean(felt[_SETTLING:], axis=0)
+    return np.mean([status.q for status in statuses], axis=0), np.mean(felt, axis=0)
 
 
 def identify_payload(

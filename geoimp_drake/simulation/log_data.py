@@ -14,7 +14,7 @@ from geoimp_drake.typing import Array
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["load_log"]
+__all__ = ["load_log", "read_log"]
 
 # What the components of one dimension are: their names, each with its unit.
 _Components = dict[str, str]
@@ -73,7 +73,7 @@ def load_log(path: str | Path) -> "Dataset":
             "A labelled log needs the package xarray: pip install 'geoimp-drake[data]'."
         ) from None
     file = Path(path) / "log.npz" if Path(path).is_dir() else Path(path)
-    log = _read(file)
+    log = read_log(file)
     t = log.pop("t")
     coordinates: dict[str, Any] = {"time": ("time", t, {"units": "s"})}
     variables = {}
@@ -97,7 +97,8 @@ def _plain(key: str) -> str:
     return key.replace("/", "_")
 
 
-def _read(file: Path) -> dict[str, Array]:
+def read_log(file: Path) -> dict[str, Array]:
+    """Returns the arrays of a run's log.npz; raises ConfigurationError if it cannot be read."""
     try:
         with file.open("rb") as stream:
             log = np.load(stream)

@@ -9,8 +9,8 @@ from driven_arm import LIGHT, Between
 
 from geoimp_drake.cli import main
 from geoimp_drake.diagrams.setups import driven_arm
-from geoimp_drake.diagrams.setups.driven_arm import payload_of
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.diagrams.setups.tared_arm import payload_of
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robot_files.config import PayloadConfig, RobotConfig
 from geoimp_drake.robots.robot_arm import RobotError

@@ -108,8 +108,9 @@ def identify_load(
     )
     numbers = np.zeros(16)
     numbers[columns], condition = _least_squares(Y, y, len(readings), advice)
-    rest_of = (y - Y @ numbers[columns]).reshape(-1, 6)
-    return _load(numbers, condition, rest_of, with_inertia=motions is not None)
+    rest_of = (y - Y @ numbers[columns]).reshape(-1, 2, 3)
+    left = tuple(np.linalg.norm(rest_of, axis=2).max(axis=0).tolist())
+    return _load(numbers, condition, left, with_inertia=motions is not None)
 
 
 def identify_load_from_joints(
@@ -117,14 +118,17 @@ def identify_load_from_joints(
     jacobians: Sequence[Array],
     attitudes: Sequence[Array],
     gravity: Array,
+    motions: Sequence[tuple[Array, Array, Array]] | None = None,
 ) -> IdentifiedLoad:
-    """Returns load and bias of an arm at rest, from what its joints feel; the load is in E.
+    """Returns load and bias of an arm, from what its joints feel; the load is in E.
 
     Args:
-        torques: external, on the joints, τ_ext (n), one for each posture (the mean of some time).
+        torques: external, on the joints, τ_ext (n), one for each posture (the mean of some time)
+            or instant of a motion.
         jacobians: J (6, n) of E in W in each, [angular; linear].
         attitudes: R_WE (3, 3) in each.
         gravity: g in W (3) [m/s²].
+        motions: (ω, ω̇, a) of E in W at each instant; at rest by default.
 
     Raises:
         ConfigurationError: the numbers of torques, jacobians and attitudes differ, or the postures
@@ -136,16 +140,17 @@ def identify_load_from_joints(
             f"attitudes; give one of each for each posture."
         )
     rest, each = (np.zeros(3),) * 3, np.eye(len(torques[0]))
-    rows = []
-    for J, R in zip(jacobians, attitudes, strict=True):
-        load = load_regressor(R, *rest, gravity)[:, :4]
+    rows, size = [], 10 if motions else 4
+    moved = motions or [rest] * len(torques)
+    for J, R, motion in zip(jacobians, attitudes, moved, strict=True):
+        load = load_regressor(R, *motion, gravity)[:, :size]
         rows.append(np.hstack((-J.T @ np.vstack((R @ load[:3], R @ load[3:])), each)))
     Y, y = np.vstack(rows), np.concatenate([np.asarray(tau, dtype=float) for tau in torques])
     advice = "Move the joints by 1 rad in different directions"
     numbers, condition = _least_squares(Y, y, len(torques), advice)
-    mass, left = float(numbers[0]), float(np.abs(y - Y @ numbers).max())
-    centre = numbers[1:4] / mass if mass else np.zeros(3)
-    return IdentifiedLoad(mass, centre, numbers[4:], np.zeros((3, 3)), condition, (left,))
+    left = float(np.abs(y - Y @ numbers).max())
+    own = np.concatenate((numbers[:size], np.zeros(10 - size), numbers[size:]))
+    return _load(own, condition, (left,), with_inertia=motions is not None)
 
 
 def _least_squares(Y: Array, y: Array, postures: int, advice: str) -> tuple[Array, float]:
@@ -160,7 +165,9 @@ def _least_squares(Y: Array, y: Array, postures: int, advice: str) -> tuple[Arra
     return np.linalg.lstsq(Y / scale, y, rcond=None)[0] / scale, condition
 
 
-def _load(numbers: Array, condition: float, rest: Array, *, with_inertia: bool) -> IdentifiedLoad:
+def _load(
+    numbers: Array, condition: float, left: tuple[float, ...], *, with_inertia: bool
+) -> IdentifiedLoad:
     mass, bias = float(numbers[0]), numbers[10:]
     centre = numbers[1:4] / mass if mass else np.zeros(3)
     inertia = np.zeros((3, 3))
@@ -168,8 +175,7 @@ def _load(numbers: Array, condition: float, rest: Array, *, with_inertia: bool) 
         xx, yy, zz, xy, xz, yz = numbers[4:10]
         about_S = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         inertia = about_S + mass * skew(centre) @ skew(centre)
-    left = (float(np.linalg.norm(rest[:, k : k + 3], axis=1).max()) for k in (0, 3))
-    return IdentifiedLoad(mass, centre, bias, inertia, condition, (next(left), next(left)))
+    return IdentifiedLoad(mass, centre, bias, inertia, condition, left)
 
 
 def _inertia(w: Array) -> Array:

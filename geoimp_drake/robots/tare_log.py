@@ -1,0 +1,96 @@
+"""What hangs on an arm that its model does not know, from a motion that was logged."""
+
+import numpy as np
+from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.laws.sensing.load_identification import (
+    IdentifiedLoad,
+    identify_load,
+    identify_load_from_joints,
+)
+from geoimp_drake.typing import Array
+
+__all__ = ["identify_from_log"]
+
+# Velocities are differenced over both neighbours of a row.
+_FEWEST_ROWS = 20
+
+
+def identify_from_log(
+    log: dict[str, Array], arm: str, model: ControlModel, *, gravity: str, at_wrist: bool
+) -> IdentifiedLoad:
+    """Returns what hangs on E beyond the model, its inertia too, and biases as `identify_payload`.
+
+    From joints it is what their torques do beyond M v̇ + C v + F v, and beyond the weight of the
+    model unless the robot itself holds that.
+
+    Args:
+        log: of a run or a drive, by its keys.
+        arm: whose.
+        model: the arm without what is looked for, with its weight.
+        gravity: who held the weight, `controller` or `robot`.
+        at_wrist: from the logged wrench, in the place of the logged torques.
+
+    Raises:
+        ConfigurationError: the log is not of this arm, too short, or its motion does not tell a
+            load from a bias; the message has the condition number.
+    """
+    t, q, v, u, wrench = _columns(log, arm, model)
+    dv, readings, moving = np.gradient(v, t, axis=0), [], _Moving(model, gravity)
+    places = [moving.at(*row) for row in zip(q, v, dv, strict=True)]
+    attitudes, jacobians, torques, speeds = (list(part) for part in zip(*places, strict=True))
+    rates = np.gradient(np.array(speeds), t, axis=0)
+    motions = [(V[:3], A[:3], A[3:]) for V, A in zip(speeds, rates, strict=True)]
+    g = model.plant.gravity_field().gravity_vector()
+    if at_wrist:
+        readings = [(h.reshape(2, 3) @ R).ravel() for h, R in zip(wrench, attitudes, strict=True)]
+        return identify_load(readings, attitudes, g, motions)
+    felt = [own - exerted for own, exerted in zip(torques, u, strict=True)]
+    return identify_load_from_joints(felt, jacobians, attitudes, g, motions)
+
+
+class _Moving:
+    """The model at an instant of a motion."""
+
+    def __init__(self, model: ControlModel, gravity: str):
+        self._model, self._holds = model, gravity == "controller"
+        self._context = model.plant.CreateDefaultContext()
+
+    def at(self, q: Array, v: Array, dv: Array) -> tuple[Array, Array, Array, Array]:
+        """Returns R_WE, J, the model's torques and V_WE."""
+        model, plant, context = self._model, self._model.plant, self._context
+        E, W = model.end_effector, model.world
+        plant.SetPositions(context, q)
+        plant.SetVelocities(context, v)
+        kind = JacobianWrtVariable.kV
+        J = plant.CalcJacobianSpatialVelocity(context, kind, E, np.zeros(3), W, W)
+        torque = plant.CalcInverseDynamics(context, dv, MultibodyForces(plant))
+        torque += model.viscous_friction * v
+        if self._holds:
+            torque -= plant.CalcGravityGeneralizedForces(context)
+        return E.CalcPoseInWorld(context).rotation().matrix(), J, torque, J @ v
+
+
+def _columns(log: dict[str, Array], arm: str, model: ControlModel) -> tuple[Array, ...]:
+    """Returns t, and q, v, torques (each base first) and wrench of the rows that are known."""
+    names, n = ("q", "v", "u", "wrench"), model.num_joints
+    missing = [f"{arm}/{name}" for name in names if f"{arm}/{name}" not in log]
+    if missing:
+        raise ConfigurationError(
+            f"The log has no {', '.join(missing)}; it has {', '.join(log)}. Give log.npz of a run "
+            f"or a drive of the arm '{arm}'."
+        )
+    q, v, u, wrench = (log[f"{arm}/{name}"] for name in names)
+    if q.shape[1] != n:
+        raise ConfigurationError(f"The log's arm has {q.shape[1]} joints, '{arm}' has {n}.")
+    known = np.isfinite(np.hstack((log["t"][:, None], q, v, u, wrench))).all(axis=1)
+    if known.sum() < _FEWEST_ROWS:
+        raise ConfigurationError(
+            f"The log has {known.sum()} rows without gaps; a load needs {_FEWEST_ROWS} or more."
+        )
+    order = model.state_order
+    q, v = q[:, order[:n]], v[:, order[n:] - n]
+    columns = (log["t"], q, v, u[:, np.argsort(model.actuation_order)], wrench)
+    return tuple(column[known] for column in columns)
