@@ -4,6 +4,7 @@ A scenario is a plain dataclass whose defaults run. It may contain Drake's own c
 (`MultibodyPlantConfig`, `SimulatorConfig`) as fields.
 """
 
+import dataclasses
 import re
 import typing
 from collections.abc import Sequence
@@ -38,6 +39,18 @@ __all__ = [
 Scenario = TypeVar("Scenario")
 
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the first is libyaml's, if it is there
+
+
+class _Layout(yaml.SafeDumper):
+    """Drake's layout of YAML: a line for each key, lists of numbers on one."""
+
+
+_Layout.add_representer(
+    dict,
+    lambda dumper, items: dumper.represent_mapping(
+        "tag:yaml.org,2002:map", items, flow_style=not items
+    ),
+)
 
 
 class YamlData(dict[str, Any]):
@@ -147,13 +160,29 @@ def _beside(scenario: Path, file: str) -> str:
 
 
 def dump_scenario(scenario: Any) -> str:
-    """Returns a scenario as YAML; reading it gives the same scenario."""
-    return str(yaml_dump_typed(scenario))
+    """Returns a scenario as YAML; reading it gives the same scenario, whatever it is laid over."""
+    return str(
+        yaml.dump(plain_data(scenario), Dumper=_Layout, default_flow_style=None, sort_keys=False)
+    )
 
 
 def plain_data(scenario: Any) -> dict[str, Any]:
-    """Returns a scenario as nested dictionaries, lists and numbers."""
-    data: dict[str, Any] = parse_yaml(dump_scenario(scenario), "The scenario")
+    """Returns a scenario as nested dictionaries, lists, numbers and nulls."""
+    data: dict[str, Any] = _with_nulls(
+        scenario, parse_yaml(yaml_dump_typed(scenario), "The scenario")
+    )
+    return data
+
+
+def _with_nulls(value: Any, data: Any) -> Any:
+    """Returns the data of a value with every null: Drake leaves out those of dataclasses."""
+    if dataclasses.is_dataclass(value):
+        fields = [field.name for field in dataclasses.fields(value)]
+        return {name: _with_nulls(getattr(value, name), data.get(name)) for name in fields}
+    if isinstance(value, list):
+        return [_with_nulls(*pair) for pair in zip(value, data, strict=True)]
+    if isinstance(value, dict):
+        return {key: _with_nulls(value[key], inner) for key, inner in data.items()}
     return data
 
 

@@ -66,9 +66,6 @@ def _mapping(schema: Any, data: dict[str, Any]) -> list[str]:
         lines += _commented(
             _entry(key, without_optional(types.get(key, Any)), value), comments[key]
         )
-    # A key that is not given has no value to be shown.
-    for key in [key for key in types if key not in data]:
-        lines += _commented([f"# {key}:"], comments[key])
     return lines
 
 
