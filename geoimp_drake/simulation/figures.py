@@ -1,7 +1,7 @@
 """The chapter's figures from a log."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -64,12 +64,11 @@ def interaction_figure(
         for panel, (name, values, label) in zip(axes.flat, panels, strict=True):
             first = panel is axes[0, 0]
             # Above the curves of the first panel stand the names of the phases.
-            _plot_components(
-                panel, log["t"], values, name, label, "lower right" if first else "best"
-            )
+            _plot_components(panel, log["t"], values, name, label)
             shade_phases(panel, phases, label=first)
             _mark_contact(panel, log, arm, label=first)
             _shade_limits(panel, log, arm, label=first)
+            _add_legend(panel, "lower right" if first else "best")
         for panel in axes[-1]:
             panel.set_xlabel("time [s]")
         figure.suptitle(title)
@@ -96,16 +95,16 @@ def panels_figure(
     """
     with figure_style():
         figure = Figure(figsize=(4.5 * len(panels), 3.4))
-        for axes, (name, label, values, least) in zip(
-            figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True
-        ):
+        row = figure.subplots(1, len(panels), squeeze=False)[0]
+        for axes, (name, label, values, least) in zip(row, panels, strict=True):
             if values.ndim == 1:
                 _plot_scalar(axes, log["t"], values, name, label, least)
             else:
                 _plot_components(axes, log["t"], values, name, label, least=least)
             shade_phases(axes, phases, label=False)
             _mark_contact(axes, log, arm, label=False)
-            _shade_limits(axes, log, arm, label=False)
+            _shade_limits(axes, log, arm, label=axes is row[0])
+            _add_legend(axes, "best")
             axes.set_xlabel("time [s]")
         figure.suptitle(title)
     return figure
@@ -130,7 +129,6 @@ def _plot_components(
     values: Array,
     title: str,
     label: str,
-    legend: Literal["best", "lower right"] = "best",
     least: float | None = None,
 ) -> None:
     """Plots the three components of a vector over time."""
@@ -144,7 +142,13 @@ def _plot_components(
         low, high = axes.get_ylim()
         axes.set_ylim(min(low, -least), max(high, least))
     keep_noise_small(axes)
-    axes.legend(loc=legend, ncols=3, handlelength=2.5)
+
+
+def _add_legend(axes: Axes, place: Literal["best", "lower right"]) -> None:
+    """Names what has a name, if anything has one."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(handles, labels, loc=place, ncols=len(handles), handlelength=2.5)
 
 
 def _limit_time(axes: Axes, t: Array) -> None:
@@ -171,24 +175,17 @@ def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
 
 
 def _shade_limits(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:
-    """Shades at the bottom when a limit of the arm acts; `label` writes that once."""
+    """Shades at the bottom when a limit of the arm acts; `label` names that."""
     if f"{arm}/limited" not in log:
         return
     acts = log[f"{arm}/limited"][:, : SLACK.start].any(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate(([False], acts, [False])).astype(int)))
     t = np.append(log["t"], log["t"][-1])
+    name = "at a limit" if label else None
+    style: dict[str, Any] = {"ymax": _LIMIT_HEIGHT, "color": _LIMIT_COLOUR, "linewidth": 0}
     for begin, end in edges.reshape(-1, 2):
-        axes.axvspan(t[begin], t[end], ymax=_LIMIT_HEIGHT, color=_LIMIT_COLOUR, linewidth=0)
-    if label and len(edges):
-        axes.annotate(
-            "at a limit",
-            (t[edges[0]], _LIMIT_HEIGHT),
-            xycoords=("data", "axes fraction"),
-            xytext=(2, 2),
-            textcoords="offset points",
-            fontsize=8,
-            color=_LIMIT_COLOUR,
-        )
+        axes.axvspan(t[begin], t[end], label=name, **style)
+        name = None
 
 
 def _mark_contact(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:

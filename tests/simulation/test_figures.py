@@ -96,3 +96,6 @@ def test_spans_in_which_a_limit_acts_are_shaded(last: int) -> None:
     spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
     ends = [(T[10], T[20]), (T[25], T[min(last + 1, 49)])]
     np.testing.assert_allclose(spans, ends)
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names == ["x", "y", "z", "at a limit"]  # the legend's, which nothing stands over
+    assert not axes.texts
