@@ -54,7 +54,7 @@ def simulated_robot(
     E, joint = add_single_arm(plant, scenario)
     arm = plant.GetModelInstanceByName(scenario.arm)
     model = ControlModel.of_arm(plant, arm, E)
-    posture, X_WE = start_posture(model, scenario.start)
+    posture, X_WE = start_posture(model, scenario.start, regular=scenario.limits is None)
     plant.SetDefaultPositions(arm, model.in_plant_order(posture))
     config = replace(scenario.sensor, inertial_load="plant")
     sensor = add_wrist_sensor(builder, plant, joint, E, config, tool)

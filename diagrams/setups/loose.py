@@ -141,7 +141,10 @@ def _hold_still(plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario)
     arm = plant.GetModelInstanceByName(scenario.compliant)
     start = scenario.roles(scenario.compliant).hold
     posture, X_WH = start_posture(
-        ControlModel.of_arm(plant, arm, frames.H), start, f"{scenario.compliant}.hold"
+        ControlModel.of_arm(plant, arm, frames.H),
+        start,
+        f"{scenario.compliant}.hold",
+        regular=scenario.limits is None,
     )
     plant.SetDefaultPositions(arm, posture)
     start.posture = posture.tolist()

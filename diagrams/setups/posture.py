@@ -53,7 +53,7 @@ class StartConfig:
 
 
 def start_posture(
-    model: ControlModel, start: StartConfig, name: str = "start"
+    model: ControlModel, start: StartConfig, name: str = "start", *, regular: bool = True
 ) -> tuple[Array, RigidTransform]:
     """Returns the joint positions and the pose X_WE at the start.
 
@@ -61,10 +61,11 @@ def start_posture(
         model: the arm.
         start: where it starts.
         name: of `start` in the scenario, for errors.
+        regular: refuse a singular posture, as a controller without limits needs it.
 
     Raises:
         ConfigurationError: wrong number of joints, outside the joint limits, or out of reach.
-        SingularityError: the posture is at a kinematic singularity.
+        SingularityError: the posture is at a kinematic singularity, unless it may be.
     """
     if start.posture is not None:
         q = finite_vector(np.array(start.posture), key(name, "posture"), model.num_joints)
@@ -78,7 +79,8 @@ def start_posture(
     arm = evaluate_arm(
         model, model.plant.CreateDefaultContext(), np.concatenate((q, np.zeros_like(q)))
     )
-    check_regular(arm.Jv_V_WE, _SMALLEST_SINGULAR_VALUE)
+    if regular:
+        check_regular(arm.Jv_V_WE, _SMALLEST_SINGULAR_VALUE)
     return q, RigidTransform(RotationMatrix(arm.R_WE), arm.p_WE)
 
 

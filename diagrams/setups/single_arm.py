@@ -48,7 +48,7 @@ def build_single_arm(
     plant, (E, sensor_joint) = setup.plant, setup.models
     arm = plant.GetModelInstanceByName(scenario.arm)
     model = ControlModel.of_arm(plant, arm, E)
-    posture, X_WE = start_posture(model, scenario.start)
+    posture, X_WE = start_posture(model, scenario.start, regular=scenario.limits is None)
     plant.SetDefaultPositions(arm, model.in_plant_order(posture))
     scenario.start.posture = posture.tolist()
     setup.warn_of_start(arm, E)
@@ -74,6 +74,8 @@ def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[
         scenario.surface.add(
             plant, E.body(), E.GetFixedPoseInBodyFrame(), scenario.disk_resolution_hint
         )
+    for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
+        actuator.set_effort_limit(scenario.effort_scale * actuator.effort_limit())
     add_friction(plant, scenario.world)
     plant.Finalize()
     return E, sensor_joint

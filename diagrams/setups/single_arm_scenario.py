@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
-from geoimp_drake.validation import choice, key
+from geoimp_drake.validation import choice, key, positive
 
 __all__ = ["CELL_OF_ARM", "SingleArmScenario"]
 
@@ -28,6 +28,7 @@ class SingleArmScenario(CompliantArmSettings):
     surface: SurfacePlacement | None = None
     external: WrenchRamp | None = None  # on the hand at E; its frame's axes are those of D
     disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
+    effort_scale: float = 1.0  # factor of all effort limits, which the controller knows
 
     @property
     def compliant(self) -> str:
@@ -47,6 +48,7 @@ class SingleArmScenario(CompliantArmSettings):
         if self.robot is None:
             choice(self.arm, key(name, "arm"), CELL_OF_ARM)
         self.check_moves(self.segments)
+        positive(self.effort_scale, key(name, "effort_scale"))
         if self.surface is not None:
             self.surface.check_step(key(name, "surface"), self.plant.time_step)
         disk_sides(self.disk_resolution_hint, key(name, "disk_resolution_hint"))

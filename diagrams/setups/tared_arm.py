@@ -77,7 +77,7 @@ def payload_of(
     real, model, tool = _bare(scenario)
     driver, readings = _driver(real), []
     if driver.kind == "plant":
-        first, _ = start_posture(model, scenario.start)
+        first, _ = start_posture(model, scenario.start, regular=scenario.limits is None)
         for q in tare_postures(model, first, count):
             start = replace(scenario.start, posture=q.tolist())
             robot: RobotArm = driven_arm.simulated_robot(replace(real, start=start), tool=tool)

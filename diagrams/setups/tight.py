@@ -145,7 +145,7 @@ def _take_hold(plant: MultibodyPlant, models: _Models, scenario: TightScenario) 
         guess = np.array(scenario.guesses.get(arm, np.zeros(model.num_joints)))
         finite_vector(guess, f"guesses.{arm}", model.num_joints)
         start = StartConfig(position=position, attitude_deg=np.zeros(3), guess=guess)
-        posture, _ = start_posture(model, start)
+        posture, _ = start_posture(model, start, regular=scenario.limits is None)
         plant.SetDefaultPositions(instance, posture)
 
 

@@ -109,6 +109,13 @@ def test_a_singular_posture_is_refused_with_its_singular_value() -> None:
     check_refused(StartConfig(posture=posture.tolist()), "singular value", kind=SingularityError)
 
 
+def test_with_limits_an_arm_starts_in_a_singular_posture() -> None:
+    model = arm_model()[0]
+    posture = singular_posture(model)
+    q, _ = start_posture(model, StartConfig(posture=posture.tolist()), regular=False)
+    np.testing.assert_array_equal(q, posture)
+
+
 @pytest.mark.parametrize(
     ("fields", "texts"),
     [

@@ -1,5 +1,6 @@
 """An external wrench on a body: a ramp in time, through Drake's applied-force port."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,7 +22,7 @@ __all__ = ["ExternalWrench", "WrenchRamp", "linear_with_fourth_order_blends"]
 
 @dataclass
 class WrenchRamp:
-    """A wrench on a body that grows from zero to its final value and stays there."""
+    """A wrench on a body that grows from zero to its final value, and stays there or goes again."""
 
     moment: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [Nm]
     force: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [N]
@@ -29,6 +30,7 @@ class WrenchRamp:
     start: float = 0.0  # [s]
     duration: float = 1.0  # of the ramp, blends included [s]
     blend: float = 0.2  # of each blend [s]
+    until: float | None = None  # when it begins to go, as it came [s]; null: it stays
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -49,6 +51,19 @@ class WrenchRamp:
                 f"{key(name, 'blend')} is {self.blend:g} s; two of them must fit into "
                 f"{key(name, 'duration')}, {self.duration:g} s."
             )
+        if self.until is not None and not self.until >= end:
+            raise ConfigurationError(
+                f"{key(name, 'until')} is {self.until:g} s; the wrench must have come before it "
+                f"goes, at {end:g} s. Give a later time, or null if it is to stay."
+            )
+
+    def profile(self) -> Callable[[float], float]:
+        """Returns the share of the final wrench that acts, as a function of time [s]."""
+        ramp = linear_with_fourth_order_blends(self.start, self.duration, self.blend)
+        if self.until is None:
+            return lambda time: float(ramp.value(time)[0, 0])
+        stays = self.until - self.start
+        return lambda time: float((ramp.value(time) - ramp.value(time - stays))[0, 0])
 
 
 def linear_with_fourth_order_blends(
@@ -86,7 +101,7 @@ def _last_blend(rate: float, blend: float) -> Polynomial:
 
 
 class ExternalWrench(Block):
-    """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant.
+    """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant or gone.
 
     The ramp is linear with fourth-order blends. The wrench is that on the body, acts at the frame's
     origin and keeps its direction in W.
@@ -117,7 +132,7 @@ class ExternalWrench(Block):
         self._final = SpatialForce(
             tau=R @ np.asarray(ramp.moment, dtype=float), f=R @ np.asarray(ramp.force, dtype=float)
         )
-        self._profile = linear_with_fourth_order_blends(ramp.start, ramp.duration, ramp.blend)
+        self._profile = ramp.profile()
         self.DeclareAbstractOutputPort(
             "applied_spatial_force",
             lambda: AbstractValue.Make([applied]),
@@ -127,5 +142,5 @@ class ExternalWrench(Block):
 
     def _calc_force(self, context: Context, output: AbstractValue) -> None:
         applied = output.get_value()
-        applied[0].F_Bq_W = self._final * self._profile.value(context.get_time())[0, 0]
+        applied[0].F_Bq_W = self._final * self._profile(context.get_time())
         output.set_value(applied)

@@ -64,6 +64,17 @@ def test_ramp_of_two_blends_has_no_linear_part():
     assert values(profile, 0, [0.0, 0.5, 1.0]) == pytest.approx([0.0, 0.5, 1.0], abs=1e-12)
 
 
+def test_a_wrench_goes_as_it_came():
+    ramp = WrenchRamp(start=START, duration=DURATION, blend=BLEND, until=4.0)
+    times = np.linspace(0.0, DURATION, 11)
+    came = [ramp.profile()(START + t) for t in times]
+    assert [ramp.profile()(4.0 + t) for t in times] == pytest.approx(1.0 - np.array(came))
+    assert ramp.profile()(3.9) == pytest.approx(1.0)
+    assert ramp.profile()(9.0) == pytest.approx(0.0)
+    stays = WrenchRamp(start=START, duration=DURATION, blend=BLEND)
+    assert stays.profile()(9.0) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("axes", ["world", "frame"])
 def test_wrench_acts_at_the_frame_in_the_axes_that_are_named(axes):
     plant = MultibodyPlant(time_step=1e-3)
@@ -100,6 +111,8 @@ def test_axes_of_a_frame_need_to_be_known():
         ("start", -1.0, "external.start is -1"),
         ("duration", 0.0, "external.duration is 0"),
         ("blend", 1e-20, "external.blend is 1e-20"),
+        ("until", 0.9, r"external.until is 0.9 s.*come before it goes, at 1 s"),
+        ("until", np.nan, r"external.until"),
         ("blend", 0.6, r"external.blend is 0.6 s.*two of them.*1 s"),
     ],
 )
