@@ -169,6 +169,12 @@ EXPERIMENTS = {
             "single arm",
             "disturbance",
         ),
+        Experiment(
+            "limits",
+            "an arm at the ends of its joints, speeds, torques and reach, and at a singularity",
+            "single arm",
+            "limits",
+        ),
     )
 }
 

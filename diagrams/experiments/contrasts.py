@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geoimp_drake.diagrams.experiments import disturbance
+from geoimp_drake.diagrams.experiments import disturbance, limits
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.comparisons import Comparison
 from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact
@@ -130,4 +130,5 @@ CONTRASTS = {
     "peg_in_hole": Comparison(_mating_curves, _mating_claims),
     "bar": Comparison(_squeeze_curves, _squeeze_claims),
     "disturbance": Comparison(None, disturbance.claims_across, disturbance.figure_across),
+    "limits": Comparison(None, limits.claims_across, limits.figure_across),
 }

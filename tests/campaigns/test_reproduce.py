@@ -254,6 +254,7 @@ OBJECTS = {
     "peg_in_hole": ("visualizer/peg/peg", "visualizer/block/block", "visualizer/six/link6"),
     "bar": ("visualizer/bar/bar", "visualizer/seven/link6", "frames/O/z"),
     "disturbance": ("visualizer/six/link6", "frames/E/z", "visualizer/plexiglas/plate"),
+    "limits": ("visualizer/six/link6", "frames/E/z"),
 }
 ALWAYS = ("frames/D/x", "frames/C/y", "wrench/shaft", "wrench/tip")
 # How many meshes are at or below a path, -1 for a path that is not there.
