@@ -44,6 +44,8 @@ def test_a_run_leaves_the_files_of_the_contract(out):
         "metrics.json",
         "figure_5_3.png",
         "figure_5_3.pdf",
+        "energy_audit.png",
+        "energy_audit.pdf",
     }
     assert (out / "figure_5_3.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "figure_5_3.pdf").read_bytes().startswith(b"%PDF")
@@ -63,6 +65,7 @@ def test_the_log_has_the_keys_and_shapes_of_the_contract(out):
         "six/motion_C": (6, 19),
         "six/wrench": (6, 6),
         "six/wrench_true": (6, 6),
+        "six/energy": (6, 9),
         "six/limited": (6, 10),
         "surface/plane": (4,),
         "surface/disk": (3,),

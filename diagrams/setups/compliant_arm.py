@@ -45,6 +45,7 @@ class CompliantArm:
             "motion_C": self.controller.GetOutputPort("compliant_motion"),
             "wrench": self.controller.GetOutputPort("wrench"),
             "wrench_true": self.controller.GetOutputPort("wrench_true"),
+            "energy": self.controller.GetOutputPort("energy"),
         }
         if self.controller.HasOutputPort("limited"):
             ports["limited"] = self.controller.GetOutputPort("limited")

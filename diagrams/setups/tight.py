@@ -215,6 +215,7 @@ def _record(
         "motion_bar": true.motion(models.bar.body_frame(), "motion_of_bar"),
         "wrench": controller.GetOutputPort("object_wrench"),
         "wrench_internal": controller.GetOutputPort("internal_wrench"),
+        "energy": controller.GetOutputPort("energy"),
     }.items():
         recorder.record(f"{OBJECT}/{key}", port)
     if scenario.monitor.enabled:

@@ -13,6 +13,7 @@ from geoimp_drake.campaigns.reproduction import (
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import write_file
 from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED
+from geoimp_drake.simulation.energy_audit import AUDIT, AUDIT_TEXT
 from geoimp_drake.simulation.experiment import versions
 
 __all__ = ["REPORT", "check_report", "write_report"]
@@ -93,14 +94,15 @@ def _section(result: StudyResult) -> dict[str, Any]:
 
 def _run(experiment: str, result: VariantResult) -> dict[str, Any]:
     folder = f"{experiment}/{result.variant.name}"
-    figures = [name for name in result.variant.figures if f"{name}.png" in result.files]
+    figures = {**result.variant.figures, AUDIT: AUDIT_TEXT}
     return {
         "name": result.variant.name,
         "title": result.variant.title,
         "failure": result.failure,
         "figures": [
-            _figure(_number(name), f"{folder}/{name}", result.variant.figures[name])
-            for name in figures
+            _figure(_number(name), f"{folder}/{name}", text)
+            for name, text in figures.items()
+            if f"{name}.png" in result.files
         ],
         "links": [
             (words, f"{folder}/{file}") for file, words in _LINKS.items() if file in result.files

@@ -1,5 +1,7 @@
 """Energies and powers of the six-DOF impedance."""
 
+from typing import Any
+
 import numpy as np
 from pydrake.common.containers import namedview
 
@@ -90,16 +92,16 @@ class Energies:
         )
 
 
-def stored_energy(energy: Array) -> float:
-    """Returns the potential in an ImpedanceEnergy (9,) [J]."""
+def stored_energy(energy: Array) -> Any:
+    """Returns the potential in an ImpedanceEnergy (9,), or in several (9, N) [J]."""
     view = ImpedanceEnergy(energy)
-    return float(view.translational_potential + view.rotational_potential + view.coupling_potential)
+    return view.translational_potential + view.rotational_potential + view.coupling_potential
 
 
-def dissipated_power(energy: Array) -> float:
-    """Returns what damping dissipates by an ImpedanceEnergy (9,) [W]."""
+def dissipated_power(energy: Array) -> Any:
+    """Returns what damping dissipates by an ImpedanceEnergy (9,), or by several (9, N) [W]."""
     view = ImpedanceEnergy(energy)
-    return float(view.translational_dissipated_power + view.rotational_dissipated_power)
+    return view.translational_dissipated_power + view.rotational_dissipated_power
 
 
 def _coupling_energy(C: Array, D: Array, K_c: Array) -> float:

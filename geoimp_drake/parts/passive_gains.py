@@ -115,7 +115,7 @@ class PassiveGains:
         """Returns the potential that the impedance's energy output has with a stiffness [J]."""
         gains = self._springs.changing_gains.of(K, K)
         D = now["desired_motion"]
-        return stored_energy(self._springs.energies.evaluate(D, C, _NO_WRENCH, gains))
+        return float(stored_energy(self._springs.energies.evaluate(D, C, _NO_WRENCH, gains)))
 
     def _written(self, name: str) -> Callable[[Now, Array], None]:
         def write(now: Now, value: Array) -> None:

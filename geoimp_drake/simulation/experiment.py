@@ -17,10 +17,11 @@ from geoimp_drake.errors import ConfigurationError, GeoimpError, one_line
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import dump_scenario
 from geoimp_drake.simulation.claims import Claim
+from geoimp_drake.simulation.energy_audit import AUDIT, audit_figure, audited
 from geoimp_drake.simulation.live import pause_button
 from geoimp_drake.simulation.replay import start_meshcat, start_recording, stop_listening
 from geoimp_drake.simulation.run import simulate
-from geoimp_drake.simulation.style import figure_contents
+from geoimp_drake.simulation.style import figure_contents, figure_files
 from geoimp_drake.typing import Array
 
 __all__ = [
@@ -33,7 +34,8 @@ __all__ = [
     "write_run",
 ]
 
-RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html")  # besides figures
+# Besides the experiment's own figures.
+RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html", *figure_files(AUDIT))
 
 _log = logging.getLogger("drake")
 
@@ -147,6 +149,8 @@ def _contents(
     if figures:
         for name, figure in experiment.figures(result.log, scenario).items():
             yield from figure_contents(name, figure)
+        if audited(result.log):
+            yield from figure_contents(AUDIT, audit_figure(result.log))
     if replay is not None:
         replay.StopRecording()
         replay.PublishRecording()

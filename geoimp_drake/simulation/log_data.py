@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.joint_limits import Limited
 from geoimp_drake.systems.frame_motion import FrameMotion
 from geoimp_drake.typing import Array
@@ -30,6 +31,7 @@ _MOTION_UNITS = {
 _MOTION = {name: _MOTION_UNITS[name[:-2]] for name in FrameMotion.get_fields()}
 _WRENCH = {f"moment_{c}": "N m" for c in "xyz"} | {f"force_{c}": "N" for c in "xyz"}
 _LIMITED = dict(zip(Limited.get_fields(), ["1"] * 4 + ["rad/s^2"] * 3 + ["m/s^2"] * 3, strict=True))
+_ENERGY = {name: "W" if name.endswith("power") else "J" for name in ImpedanceEnergy.get_fields()}
 _PLANE = {"normal_x": "1", "normal_y": "1", "normal_z": "1", "offset": "m"}
 _POINT = dict.fromkeys("xyz", "m")
 
@@ -51,10 +53,11 @@ def load_log(path: str | Path) -> "Dataset":
 
     Each key of the log, `_` in the place of `/`, is a variable over `time` [s] and one dimension of
     named components: `motion` (quaternion_w … linear_acceleration_z), `wrench` (moment_x …
-    force_z), `six_joint`, `seven_joint`, `plane`, `point`. The attribute `units` is the variable's;
-    where its components differ it has each of them once, and the coordinate `motion_units`
-    (`wrench_units`, …, `seven_q_units`) has them one by one. A joint's units follow from the log's
-    `seven/prismatic`; without that they are not given. `to_netcdf` writes the whole data set.
+    force_z), `energy`, `six_joint`, `seven_joint`, `plane`, `point`. The attribute `units` is the
+    variable's; where its components differ it has each of them once, and the coordinate
+    `motion_units` (`wrench_units`, …, `seven_q_units`) has them one by one. A joint's units follow
+    from the log's `seven/prismatic`; without that they are not given. `to_netcdf` writes the whole
+    data set.
 
     Args:
         path: the folder of a run, or its log.npz.
@@ -122,6 +125,7 @@ def _components(log: dict[str, Array], key: str) -> tuple[str, _Components]:
         "wrench": ("wrench", _WRENCH),
         "plane": ("plane", _PLANE),
         "limited": ("limit", _LIMITED),
+        "energy": ("energy", _ENERGY),
         "disk": ("point", _POINT),
     }
     if what in _JOINT:

@@ -173,7 +173,9 @@ def test_an_experiment_runs_from_the_installed_wheel(python, wheel, tmp_path):
     arguments = ("run", "plexiglas", "--duration", "0.2", "--out", out)
     run(geoimp, *arguments, cwd=tmp_path, PYTHONWARNINGS="error")
     written = {path.name for path in out.iterdir()}
-    figures = {"figure_5_3.png", "figure_5_3.pdf"}
+    figures = {
+        f"{name}.{kind}" for name in ("figure_5_3", "energy_audit") for kind in ("png", "pdf")
+    }
     assert written == {"log.npz", "metrics.json", "scenario.yaml", *figures}
     assert np.load(out / "log.npz")["t"][-1] == pytest.approx(0.2)
     versions = json.loads((out / "metrics.json").read_text("utf-8"))["versions"]

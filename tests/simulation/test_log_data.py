@@ -24,7 +24,7 @@ def contract_log() -> dict[str, np.ndarray]:
     """Returns a log with every key of the contract; all numbers differ."""
     sizes = dict.fromkeys(MOTIONS, 19) | dict.fromkeys(WRENCHES, 6)
     sizes |= {f"{arm}/{key}": n for arm, n in ARMS.items() for key in "qvu"}
-    sizes["six/set_point"] = 6
+    sizes |= {"six/set_point": 6, "six/energy": 9}
     random = np.random.default_rng(1)
     log = {key: random.normal(size=(N, size)) for key, size in sizes.items()}
     constants = {f"{arm}/prismatic": np.zeros(n) for arm, n in ARMS.items()}
