@@ -183,6 +183,7 @@ def _bounds(scenario: SingleArmScenario) -> dict[str, float]:
         bounds |= dict.fromkeys(loose, np.inf)
     if scenario.scheme == "admittance":
         bounds["motion"] = max(_LAG, 3.0 * bounds["rest"])
+        bounds["force"] *= 2.0  # friction keeps E from C until the integral parts have grown
     return bounds
 
 

@@ -52,6 +52,9 @@ def add_friction(plant: MultibodyPlant, world: WorldConfig) -> None:
         torque = (1.0 + world.joints.stribeck) * world.joints.coulomb * actuator.effort_limit()
         friction = plant.AddJointActuator(f"{actuator.name()}_friction", actuator.joint(), torque)
         friction.set_controller_gains(_HOLDING)
+        # Of a joint's actuators Drake takes the last one's rotor for the joint's.
+        friction.set_default_rotor_inertia(actuator.default_rotor_inertia())
+        friction.set_default_gear_ratio(actuator.default_gear_ratio())
 
 
 class TruePlant:

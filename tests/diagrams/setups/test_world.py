@@ -132,6 +132,15 @@ def test_a_joint_sticks_until_the_torque_exceeds_coulomb_friction():
     assert np.abs(free["six/q"] - free["six/q"][0]).max() > 5e-4
 
 
+def test_friction_leaves_the_joints_their_rotors():
+    """Drake takes the rotor of a joint's last actuator, which is that of its friction."""
+    masses = []
+    for coulomb in (0.0, 0.01):
+        plant = built(f"world.joints.coulomb={coulomb}").plant
+        masses.append(plant.CalcMassMatrix(plant.CreateDefaultContext()))
+    np.testing.assert_allclose(*masses, rtol=1e-12)
+
+
 def test_friction_falls_with_the_velocity():
     fall, v = np.array([3.0, 5.0]), np.array([0.05, -10.0])
     np.testing.assert_allclose(

@@ -426,3 +426,24 @@ def test_a_streamed_reference_that_is_not_finite_is_refused():
     unit.GetInputPort("joint_reference").FixValue(context, np.full(14, np.nan))
     with pytest.raises(SignalError, match="joint_reference"):
         unit.GetOutputPort("set_point").Eval(context)
+
+
+def test_servos_that_are_preset_take_streamed_references_over_without_a_jump():
+    """What is streamed counts from where the arm is; its steps are followed as they come."""
+    unit, _ = lone_unit(None)
+    simulator = Simulator(unit)
+    context = simulator.get_mutable_context()
+    reading = np.append(START, 0.1 * np.arange(7.0) + 1e-3)
+    streamed = np.append(NEAR, 0.1 * np.arange(7.0))
+    reference = unit.GetInputPort("joint_reference").FixValue(context, streamed)
+    unit.GetInputPort("estimated_state").FixValue(context, reading)
+    acting = np.arange(1.0, 8.0)
+    unit.preset(context, acting)
+    np.testing.assert_array_equal(output(unit, simulator, "actuation"), acting)
+    set_point = unit.GetOutputPort("set_point")
+    np.testing.assert_allclose(set_point.Eval(context)[:7], START, atol=1e-12)
+    simulator.AdvanceTo(1e-3)
+    np.testing.assert_allclose(output(unit, simulator, "actuation"), acting, rtol=1e-9)
+    moved = np.append(NEAR + 0.01, streamed[7:])
+    reference.GetMutableData().get_mutable_value().SetFromVector(moved)
+    np.testing.assert_allclose(set_point.Eval(context)[:7], START + 0.01, atol=1e-12)
