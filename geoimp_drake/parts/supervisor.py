@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -14,12 +13,13 @@ from geoimp_drake.laws.frame_motion import (
     LINEAR_VELOCITY,
     POSITION,
     QUATERNION,
-    is_finite,
 )
 from geoimp_drake.laws.smooth_rest import smooth_step
 from geoimp_drake.parts.part import Memory, Now, Output, held
+from geoimp_drake.parts.signal_guard import SignalGuard
+from geoimp_drake.parts.supervisor_config import SupervisorConfig, SupervisorLimits
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import UNBOUNDED, check, key, non_negative, positive
+from geoimp_drake.validation import check
 
 __all__ = ["Mode", "Stop", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
 
@@ -50,48 +50,7 @@ class Stop(IntEnum):
 
 _STOPS = {Stop.ASKED: "asked to stop", Stop.ENDED: "the motion has ended"}
 
-
-def _limit(value: float) -> float:
-    limit: float = field(default=value, metadata=UNBOUNDED)
-    return limit
-
-
-@dataclass
-class SupervisorLimits:
-    """Beyond these a supervised arm is braked; .inf is no limit."""
-
-    force: float = _limit(100.0)  # at E [N]
-    moment: float = _limit(20.0)  # at E [Nm]
-    speed: float = _limit(1.0)  # of E [m/s]
-    turning_speed: float = _limit(3.0)  # of E [rad/s]
-    tracking: float = _limit(0.02)  # from C to E [m]
-    tracking_turn: float = _limit(0.1)  # from C to E [rad]
-    torque: float = _limit(1.0)  # asked, as a fraction of a joint's limit
-    torque_rate: float = _limit(np.inf)  # sent; braked if too slow for longer than `hold` [Nm/s]
-    desired_step: float = _limit(0.01)  # of D between two ticks [m, rad]
-    desired_speed_step: float = _limit(0.02)  # of D between two ticks [m/s, rad/s]
-
-    def validate(self, name: str) -> None:
-        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        for limit, value in vars(self).items():
-            if value != np.inf:
-                positive(value, key(name, limit))
-
-
-@dataclass
-class SupervisorConfig:
-    """When a supervised arm is started, held and stopped."""
-
-    limits: SupervisorLimits = field(default_factory=SupervisorLimits)
-    soft_start: float = 0.5  # the torques fade in [s]
-    hold: float = 0.02  # longest time without a valid reading [s]
-    brake: float = 0.15  # until D rests [s]
-
-    def validate(self, name: str) -> None:
-        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
-        positive(self.soft_start, key(name, "soft_start"), "s")
-        non_negative(self.hold, key(name, "hold"), "s")
-        positive(self.brake, key(name, "brake"), "s")
+_BLIND = ", D is C"  # ends a reason to brake
 
 
 class Supervisor:
@@ -111,6 +70,7 @@ class Supervisor:
         check(config, "supervisor")
         n = len(effort_limits)
         self._config, self._effort_limits, self._period = config, effort_limits, period
+        self._guard = SignalGuard(n, config.limits, period)
         motions = ("desired_motion", "measured_motion", "compliant_motion")
         self.inputs = {
             **dict.fromkeys(motions, FRAME_MOTION_SIZE),
@@ -119,6 +79,7 @@ class Supervisor:
             "measured_torque": n,
             "valid": 1,
             "stop": 1,
+            "estimated_state": 2 * n,
         }
         motion = np.zeros(FRAME_MOTION_SIZE)
         self.memory = Memory(
@@ -130,9 +91,11 @@ class Supervisor:
             sent=np.zeros(n),  # the torques of the last tick
             reached=0.0,  # when the torques sent were last those asked [s]
             taken_over=np.zeros(n),  # from which ours fade in: the robot's own, or those held
-            held_in=float(Mode.RUN),  # what a missing reading has interrupted
+            held_in=float(Mode.RUN),  # what a missing signal has interrupted
+            guard=self._guard.memory,
         )
         self.samplings = ((period, self.sample),)
+        reading = "valid", "estimated_state"
         self.outputs = (
             Output(
                 "supervised_motion",
@@ -144,44 +107,51 @@ class Supervisor:
                 "supervised_torque",
                 n,
                 self._write_torque,
-                ("memory", "time", "torque", "measured_torque"),
+                ("memory", "time", "torque", "measured_torque", "measured_motion", *reading),
             ),
+            Output("supervised_state", 2 * n, self._write_state, ("memory", *reading)),
+            Output("supervised_wrench", 6, self._write_wrench, ("memory", "wrench")),
             held("mode", slice(self.memory.mode, self.memory.mode + 1)),
         )
 
     def sample(self, memory: Array, now: Now) -> None:
         """Looks at the signals of a tick, and changes the mode if there is a reason."""
         places = self.memory
-        valid = bool(now["valid"][0]) and is_finite(now["measured_motion"])
-        if valid:
+        missing = self._guard.missing(now, memory[places.guard])
+        if missing is None:
             memory[places.seen] = now.time
         mode = Mode(int(memory[places.mode]))
-        verdict = self._verdict(mode, memory, now, valid)
+        verdict = self._verdict(mode, memory, now, missing)
         self._write_torque(now, memory[places.sent], memory)
         if mode is not Mode.RUN or self._reaches(memory[places.sent], now["torque"]):
             memory[places.reached] = now.time
         motion = np.empty(FRAME_MOTION_SIZE)
         self._write_motion(now, motion, memory)
+        self._guard.keep(now, memory[places.guard], motion)
         memory[places.desired] = motion
         if verdict is not None:
             self._change(mode, *verdict, memory, now)
 
-    def _verdict(self, mode: Mode, memory: Array, now: Now, valid: bool) -> tuple[Mode, str] | None:
+    def _verdict(
+        self, mode: Mode, memory: Array, now: Now, missing: str | None
+    ) -> tuple[Mode, str] | None:
         """Returns the next mode and the reason for it, None to stay."""
         config, elapsed = self._config, now.time - memory[self.memory.since]
         if mode is Mode.INIT:
-            return (Mode.SOFT_START, "the first valid reading") if valid else None
+            return None if missing else (Mode.SOFT_START, "the first valid reading")
+        if self._guard.is_blinded(now, memory[self.memory.guard], config.hold):
+            return Mode.BRAKE, f"no valid wrench for {1e3 * config.hold:.0f} ms{_BLIND}"
         if mode is Mode.STOPPED:
             return None
         if mode is Mode.BRAKE:
             return (Mode.STOPPED, "D rests") if elapsed >= config.brake else None
         if stop := now["stop"][0]:
             return Mode.BRAKE, _STOPS.get(stop, _STOPS[Stop.ASKED])
-        missing = now.time - memory[self.memory.seen]
-        if missing > config.hold:
-            return Mode.BRAKE, f"no valid reading for {1e3 * missing:.0f} ms"
-        if not valid:
-            return None if mode is Mode.HOLD else (Mode.HOLD, "no valid reading")
+        unseen = now.time - memory[self.memory.seen]
+        if unseen > config.hold:
+            return Mode.BRAKE, f"no {missing or 'valid reading'} for {1e3 * unseen:.0f} ms"
+        if missing:
+            return None if mode is Mode.HOLD else (Mode.HOLD, f"no {missing}")
         if (excess := self._excess(memory, now)) is not None:
             return Mode.BRAKE, excess
         if mode is Mode.HOLD:
@@ -229,7 +199,9 @@ class Supervisor:
         if after is Mode.HOLD:
             memory[places.held_in] = float(mode)
         if after is Mode.BRAKE:
-            memory[places.held] = memory[places.desired]
+            # Where no wrench can be felt D comes to rest from C, so that nothing presses.
+            is_blind = reason.endswith(_BLIND)
+            memory[places.held] = now["compliant_motion"] if is_blind else memory[places.desired]
 
     def _write_motion(self, now: Now, motion: Array, memory: Array | None = None) -> None:
         """Writes D, or the motion by which it comes to rest."""
@@ -249,6 +221,12 @@ class Supervisor:
         limits = self._config.limits
         return any(not value <= getattr(limits, name) for name, _, value in _steps(D, last))
 
+    def _write_state(self, now: Now, state: Array) -> None:
+        self._guard.write_state(now, now.memory[self.memory.guard], state)
+
+    def _write_wrench(self, now: Now, wrench: Array) -> None:
+        self._guard.write_wrench(now, now.memory[self.memory.guard], wrench)
+
     def _write_torque(self, now: Now, torque: Array, memory: Array | None = None) -> None:
         """Writes what is sent: the torques that are asked, as far as mode and limits allow."""
         memory = now.memory if memory is None else memory
@@ -256,7 +234,7 @@ class Supervisor:
         wanted = now["torque"]
         if mode is Mode.INIT:
             wanted = now["measured_torque"]
-        elif mode is Mode.HOLD:
+        elif mode is Mode.HOLD or self._guard.missing_reading(now, memory[self.memory.guard]):
             wanted = sent
         elif mode is Mode.SOFT_START:
             elapsed, before = now.time - memory[self.memory.since], memory[self.memory.taken_over]

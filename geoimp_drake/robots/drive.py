@@ -204,7 +204,7 @@ class Drive:
         readings["stop"] = self._stop()
         supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, passed)
         if status is not None and is_new:
-            D, h = supervisor.output("supervised_motion"), readings["wrench"]
+            D, h = (supervisor.output(f"supervised_{name}") for name in ("motion", "wrench"))
             supervisor.feed({"torque": loop.step(status.q, status.v, h, D, elapsed)})
         self._sent = supervisor.output("supervised_torque").copy()
         return readings.get("wrench", np.nan)

@@ -12,7 +12,8 @@ class Supervisor(PartSystem):
     """Starts an arm when all is well, brakes it when something is not, and stops it.
 
     ```
-    desired_motion ─▶ supervisor ─supervised_motion─▶ controller ─torque─▶ supervisor ─▶ arm
+    desired_motion, ─▶ supervisor ─supervised_*─▶ controller ─torque─▶ supervisor ─▶ arm
+    wrench, state
     ```
 
     It waits for a valid reading; then the torques fade from the robot's own to the controller's.
@@ -21,6 +22,13 @@ class Supervisor(PartSystem):
     signal exceeds its limit or somebody asks for it, D comes to rest along `braked_motion`, and
     stays. Torques never change faster than their limit. Each change of mode is told in Drake's
     log, with its reason: a warning where the arm is braked before its motion has ended.
+
+    Joints' reading and wrench reach the controller through it, so that a signal that is none never
+    does: not finite, or the same to the bit while D has moved by `limits.stuck`. The last one is
+    given in its place. Without a reading of the joints the torques stay, too, whatever the mode:
+    that bears a gap of 50 ms; an arm that is not read again needs its brakes. Without a wrench D
+    brakes from C in the place of D, and h is zero: the arm stays where it is and presses no more. A
+    wrench beyond its limit brakes, and the controller gets it with the limit as its length.
 
     ```
     INIT ─▶ SOFT_START ─▶ RUN ─▶ BRAKE ─▶ STOPPED
@@ -47,8 +55,11 @@ class Supervisor(PartSystem):
         input measured_torque: that the robot exerts before it is taken over (n)
         input valid: 1 if there is a new reading, else 0 (1)
         input stop: to brake, see `Stop`; 1 if somebody asks for it, else 0 (1)
+        input estimated_state: [q; v]; need not be connected if `supervised_state` is not (2n)
         output supervised_motion: D, or how it comes to rest, for the controller (19)
         output supervised_torque: for the robot (n)
+        output supervised_state: the last valid one, for the controller (2n)
+        output supervised_wrench: the last valid one, within its limits, for the controller (6)
         output mode: see `Mode` (1)
     """
 
