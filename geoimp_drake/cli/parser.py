@@ -129,7 +129,8 @@ def _add_robot_commands(subparsers: Any) -> None:
     robot_sim.add_argument(
         "--in-step", action="store_true", help="wait for the answer to each status"
     )
-    _add_drive_options(robot_sim)
+    _add_overrides(robot_sim)
+    _add_duration(robot_sim)
     robot_sim.set_defaults(command=robot_commands.robot_sim)
     tare = subparsers.add_parser(
         "tare",
@@ -158,9 +159,13 @@ def _add_robot_commands(subparsers: Any) -> None:
     tare.set_defaults(command=robot_commands.tare)
 
 
+def _add_duration(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--duration", type=float, metavar="S", help="of the motion [s]")
+
+
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:
     _add_overrides(parser)
-    parser.add_argument("--duration", type=float, metavar="S", help="of the motion [s]")
+    _add_duration(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
 
 

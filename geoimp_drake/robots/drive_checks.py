@@ -33,8 +33,10 @@ def check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop)
     n = len(loop.joints.names)
     if status is None:
         raise RobotError(f"{robot.name} does not answer. Is it switched on, and its address right?")
-    if not all(len(values) == n for values in (status.q, status.v, status.torque)):
-        raise RobotError(f"{robot.name} reports {len(status.q)} joints; the controller has {n}.")
+    counts = {len(values) for values in (status.q, status.v, status.torque)}
+    if counts != {n}:
+        reported = " or ".join(map(str, sorted(counts)))
+        raise RobotError(f"{robot.name} reports {reported} joints; the controller has {n}.")
     if not is_finite_status(status):
         raise RobotError(f"{robot.name} reports q = {status.q}, v = {status.v}; that is no status.")
     return status

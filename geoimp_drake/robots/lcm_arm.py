@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from pydrake.lcm import DrakeLcm
 
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.robots.lcm_messages import LCM_MESSAGES
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotStatus
@@ -17,6 +18,12 @@ __all__ = ["LcmArm", "LcmRobot"]
 # How long a robot may be silent before it counts as absent, and how long in periods before a
 # status counts as missing [s, 1].
 _PATIENCE, _LATE = 2.0, 1.5
+
+# What LCM makes of a URL.
+_PROVIDERS = ("udpm", "tcpq", "memq", "file")
+
+# How far a period may be from a multiple of a step, in steps.
+_ROUNDING = 1e-6
 
 # A command counts for so long; drake-franka-driver's time [s].
 _EXPIRY = 0.1
@@ -37,7 +44,7 @@ class LcmArm:
         patience: after how long a status counts as missing [s]; one and a half periods by default.
 
     Raises:
-        ConfigurationError: an unknown robot, or a period that is not positive.
+        ConfigurationError: an unknown robot, a period that is not positive, or no URL of LCM.
     """
 
     gravity, real_time = "robot", True
@@ -57,7 +64,7 @@ class LcmArm:
         self._patience = _LATE * period if patience is None else patience
         self.name, self.joints, self.period = f"{robot} at {url or 'LCM'}", joints, period
         self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
-        self._lcm, self._is_connected = DrakeLcm(url), False
+        self._lcm, self._is_connected = _lcm(url), False
         self._newest: Any = None
         self._last: Any = None
 
@@ -120,7 +127,8 @@ class LcmRobot:
         channel: what the channels' names begin with; by default IIWA or PANDA.
 
     Raises:
-        ConfigurationError: an unknown robot, or a period that is not positive.
+        ConfigurationError: an unknown robot, no URL of LCM, or a period that is no multiple of the
+            plant's step.
     """
 
     def __init__(
@@ -133,9 +141,14 @@ class LcmRobot:
     ):
         choice(robot, "robot", LCM_MESSAGES)
         positive(period, "period", "s")
-        self._arm, self._ticks = arm, max(1, round(period / arm.period))
+        self._arm, self._ticks = arm, round(period / arm.period)
+        if self._ticks < 1 or abs(period / arm.period - self._ticks) > _ROUNDING:
+            raise ConfigurationError(
+                f"The period of the statuses is {period:g} s; give a multiple of the plant's step, "
+                f"{arm.period:g} s."
+            )
         self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
-        self._lcm, self._torque = DrakeLcm(url), np.zeros(len(arm.joints))
+        self._lcm, self._torque = _lcm(url), np.zeros(len(arm.joints))
         self._commanded = -np.inf
         self._lcm.Subscribe(f"{self._channel}_COMMAND", self._take)
 
@@ -171,3 +184,13 @@ class LcmRobot:
         torque = self._messages.read_command(self._messages.command_type.decode(data))
         if torque is not None and len(torque) == len(self._torque):
             self._torque, self._commanded = torque, time.monotonic()
+
+
+def _lcm(url: str) -> DrakeLcm:
+    """Returns LCM at a URL; of one that it does not know LCM makes one that sends nothing."""
+    if url and url.partition("://")[0] not in _PROVIDERS:
+        raise ConfigurationError(
+            f"The URL of LCM is '{url}'; give one that begins with "
+            f"{', '.join(f'{provider}://' for provider in _PROVIDERS)}, or none for LCM's own."
+        )
+    return DrakeLcm(url)

@@ -317,3 +317,27 @@ def test_robot_and_controller_must_fit():
     slow.period = 2e-3
     with pytest.raises(ConfigurationError, match=r"0.001 s.*0.002 s"):
         Drive(arm.robot, slow)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda _: None, "does not answer"),
+        (lambda status: replace(status, q=status.q * np.nan), "that is no status"),
+        (lambda status: replace(status, v=status.v[:5]), "reports 5 or 6 joints"),
+    ],
+    ids=["no answer", "NaN", "one velocity less"],
+)
+def test_a_first_status_that_cannot_be_is_refused_before_anything_is_commanded(change, words):
+    arm, commands = DrivenArm(), []
+
+    class Strange(Between):
+        def connect(self):
+            return change(self._robot.connect())
+
+        def start(self) -> None:
+            commands.append("start")
+
+    with pytest.raises(RobotError, match=words):
+        arm.drive(0.1, config=NOT_FELT, through=lambda robot: Strange(robot, lambda _, s: s))
+    assert commands == []

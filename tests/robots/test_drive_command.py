@@ -1,6 +1,7 @@
 """`geoimp drive`: a scenario on the robot that it names, with the files of a run."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -82,6 +83,9 @@ def test_a_dry_run_says_what_it_would_send_and_writes_nothing(scenario, capsys):
         ("robot.driver.kind=ethercat", "ethercat"),
         ("sampling.period=0.002", "0.002 s"),
         ("robot.driver.period=-1", "robot.driver.period"),
+        ("robot.driver={kind: lcm, url: nowhere}", "'nowhere'; give one that begins with udpm://"),
+        ("robot.driver={kind: lcm, joints: [a, b]}", "The robot's joints are a, b; the arm has j1"),
+        ("robot.driver={kind: franka}", "robot.driver.address is ''"),
         ("world.links.mass=1.1", "world"),
     ],
 )
@@ -91,3 +95,32 @@ def test_what_cannot_be_driven_is_one_line_and_writes_nothing(override, words, s
     assert error.startswith("geoimp: ")
     assert words in error
     assert list(scenario.parent.iterdir()) == [scenario]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--lcm", "nowhere"], "'nowhere'; give one that begins with udpm://"),
+        (["--set", "robot.driver.period=0.0015"], "0.0015 s; give a multiple of the plant's step"),
+        (["--set", "robot.driver.period=0.0001"], "0.0001 s; give a multiple of the plant's step"),
+        (["--set", "robot.driver.messages=ur"], "Valid: iiwa, panda"),
+        (["--out", "here"], "unrecognized arguments: --out here"),
+    ],
+)
+def test_what_cannot_be_simulated_behind_lcm_is_one_line(options, words, scenario, capsys):
+    try:
+        status = main(["robot-sim", "mine.yaml", "--lcm", "memq://", *options])
+    except SystemExit as stop:
+        status = stop.code
+    assert status == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith("geoimp: ")
+    assert words in error
+
+
+def test_a_driver_whose_package_is_missing_says_how_to_get_it(scenario, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pylibfranka", None)
+    driver = "robot.driver={kind: franka, address: 172.16.0.2}"
+    assert main(["drive", "mine.yaml", "--set", driver]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.endswith("needs the package pylibfranka: pip install 'geoimp-drake[franka]'.")
