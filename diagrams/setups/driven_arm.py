@@ -75,6 +75,15 @@ def _check_nominal(scenario: SingleArmScenario) -> None:
         )
 
 
+def _check_torques(scenario: SingleArmScenario) -> None:
+    if scenario.scheme == "admittance":
+        raise ConfigurationError(
+            "scheme is 'admittance', which gives positions, and a drive sends torques. Give "
+            "scheme: inner-loop or direct; a robot that takes positions gets them from a loop of "
+            "your own around AdmittanceLoop, see docs/howto/on_a_robot.md."
+        )
+
+
 class ScenarioDrive:
     """A scenario with one arm, driven through the interface that it names.
 
@@ -95,6 +104,7 @@ class ScenarioDrive:
     def __init__(self, scenario: SingleArmScenario, robot: RobotArm | None = None):
         check(scenario)
         _check_nominal(scenario)
+        _check_torques(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
         # The damping of a real robot's joints is not a discrete plant's.

@@ -124,3 +124,10 @@ def test_a_driver_whose_package_is_missing_says_how_to_get_it(scenario, capsys, 
     assert main(["drive", "mine.yaml", "--set", driver]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert error.endswith("needs the package pylibfranka: pip install 'geoimp-drake[franka]'.")
+
+
+def test_a_scheme_that_gives_positions_is_refused_by_name(scenario, capsys):
+    assert main(["drive", "mine.yaml", "--set", "scheme=admittance"]) != 0
+    error = capsys.readouterr().err
+    assert "scheme is 'admittance', which gives positions, and a drive sends torques" in error
+    assert "see docs/howto/on_a_robot.md" in error
