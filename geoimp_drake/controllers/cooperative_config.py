@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from geoimp_drake.controllers.config import FORMS, MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
 from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedanceConfig
@@ -31,13 +32,23 @@ class CooperativeControllerConfig:
     internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
     monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
     opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
+    scheme: str = "inner-loop"  # there is no other for two arms
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         choice(self.wrench, key(name, "wrench"), OBJECT_WRENCHES)
         choice(self.form, key(name, "form"), FORMS)
+        self._check_scheme(key(name, "scheme"))
         self.internal.check_period(key(name, "internal"), self.sampling.period)
         if self.monitor.enabled:
             self.monitor.check_period(key(name, "monitor"), self.sampling.period)
         self.sampling.check_motion(key(name, "sampling"), self.motion)
+
+    def _check_scheme(self, name: str) -> None:
+        if self.scheme != "inner-loop":
+            raise ConfigurationError(
+                f"{name} is '{self.scheme}'; two arms that hold one object have inner loops only: "
+                f"each hand tracks a reference of its own, which keeps the grasp where the arms' "
+                f"models are wrong, and brings both hands to rest when a grasp opens. Leave it out."
+            )

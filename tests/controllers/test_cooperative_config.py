@@ -40,6 +40,16 @@ def test_field_that_cannot_be_used_is_named(
             act(config)
 
 
+@pytest.mark.parametrize("scheme", ["direct", "admittance", "dirct"])
+def test_a_scheme_without_inner_loops_is_refused_with_the_reason(
+    parallel: ArmPair, scheme: str
+) -> None:
+    config = CooperativeControllerConfig(scheme=scheme)
+    for act in (check, parallel.controller):
+        with pytest.raises(ConfigurationError, match=rf"scheme is '{scheme}'; two arms .* inner"):
+            act(config)
+
+
 def test_an_attribute_that_is_no_field_is_refused(parallel: ArmPair) -> None:
     config = CooperativeControllerConfig()
     config.monitors = None
