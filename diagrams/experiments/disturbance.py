@@ -120,7 +120,7 @@ def figure_across(runs: Mapping[str, tuple[Log, Any]]) -> Figure:
     """Returns each quantity over the error of the links' masses, and over the friction."""
     values = _by_case(runs)
     with figure_style():
-        figure = Figure(figsize=(11, 6.4))
+        figure = Figure(figsize=(11, 6.4), layout="constrained")
         axes = figure.subplots(2, 3, sharex="row", sharey="col")
         for column, (name, title, label) in enumerate(_PANELS):
             for row, words in enumerate(("links heavier by [%]", "Coulomb friction [% of effort]")):

@@ -8,7 +8,7 @@ __all__ = ["DirectImpedance"]
 
 
 class DirectImpedance(PartSystem):
-    """Makes E itself a mass, damper and spring that the wrench deflects from D.
+    """(3.1 direct) Makes E itself a mass, damper and spring that the wrench deflects from D.
 
     The law is that of `ImpedanceIntegrator`, with E as measured in the place of C: (3.1) and
     (3.30), solved for the acceleration, give the a of (2.5) that makes them the closed loop of E,

@@ -71,6 +71,29 @@ def test_at_rest_the_hand_bears_the_springs_wrench_on_each_axis(joints, inertia)
             np.testing.assert_allclose(found, h, rtol=0, atol=0.01 * np.abs(h).max())
 
 
+@pytest.mark.parametrize("joints", [6, 7])
+def test_the_acceleration_is_that_of_the_law_as_printed(joints):
+    """(3.1) and (3.30) hold for what E is asked for, in motion and under a wrench."""
+    loop, random = loop_of(joints, None), np.random.default_rng(joints)
+    (M_o, D_o, _), (M_p, D_p, _) = map(loop.config.impedance.gains, ("rotation", "translation"))
+    for arm in postures(loop, 20):
+        D, h, v = at(arm), random.normal(size=6), random.normal(size=joints)
+        D[QUATERNION] = quaternion.from_rotation(
+            arm.R_WE @ quaternion.to_rotation(quaternion.exp(random.normal(size=3)))
+        )
+        D[POSITION.start :] += 0.3 * random.normal(size=15)
+        loop.reset(arm.q, v, h, D)
+        a, V_WE = (loop.output("compliant_motion")[part] for part in (ACCELERATION, VELOCITY))
+        np.testing.assert_allclose(V_WE, arm.Jv_V_WE @ v, rtol=0, atol=1e-9)
+        da, dV = D[ACCELERATION] - a, D[VELOCITY] - V_WE
+        force = M_p @ da[3:] + D_p @ dV[3:] + K_p @ (D[POSITION] - arm.p_WE)
+        np.testing.assert_allclose(force, h[3:], rtol=0, atol=1e-9)
+        Q_ED, R_EW = quaternion.relative(arm.Q_WE, D[QUATERNION]), arm.R_WE.T
+        dw_rate = R_EW @ (da[:3] - np.cross(V_WE[:3], dV[:3]))  # of Δᶜω_dc, in C
+        moment = M_o @ dw_rate + D_o @ R_EW @ dV[:3] + 2.0 * quaternion.E(Q_ED).T @ K_o @ Q_ED[1:]
+        np.testing.assert_allclose(moment, R_EW @ h[:3], rtol=0, atol=1e-9)
+
+
 def _small_rotation(angles: np.ndarray) -> np.ndarray:
     x, y, z = angles
     return np.eye(3) + np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

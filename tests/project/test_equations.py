@@ -12,7 +12,7 @@ from library_tree import MODULES, ROOT, parsed
 
 TEXT = (ROOT / "EQUATIONS.md").read_text(encoding="utf-8")
 TABLES, _, LISTS = TEXT.partition("\n## The others\n")
-NUMBER = r"\(\d\.\d+(?: (?:coupled|natural|trace))?\)|\([AL]\.\d\)|Table \d\.\d+"
+NUMBER = r"\(\d\.\d+(?: (?:coupled|direct|natural|trace))?\)|\([AL]\.\d\)|Table \d\.\d+"
 
 # Every equation of the chapter, those that have a name instead of a number of their own, and the
 # library's own about limits and admittance.
@@ -23,6 +23,7 @@ CHAPTER = [
         for k in range(1, last + 1)
     ),
     "Table 2.1",
+    "(3.1 direct)",
     "(3.1 natural)",
     "(3.21 coupled)",
     "(3.29 trace)",

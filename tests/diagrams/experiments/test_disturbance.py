@@ -1,7 +1,12 @@
 """Why the impedance has a stiff inner loop (section 3.3): what model error and friction do to E."""
 
+import importlib.util
+import sys
+from types import ModuleType
+
 import numpy as np
 import pytest
+from library_tree import ROOT
 from runs import assert_all_hold, claims_of, run
 
 from geoimp_drake.diagrams.experiments import disturbance, reproduction
@@ -38,6 +43,27 @@ def assert_scales_are_logarithmic(figure) -> None:
         assert axes.get_yscale() == "log"
         drawn = {line.get_label() for line in axes.lines if line.get_xdata().size > 0}
         assert {"inner-loop", "direct"} <= drawn
+
+
+def test_the_tables_of_which_scheme_for_whom_have_what_is_measured():
+    pages = [(ROOT / page).read_text("utf-8") for page in ("README.md", "docs/concepts/schemes.md")]
+    tables = [page[page.index("| | `inner-loop`") :].partition("\n\n")[0] for page in pages]
+    assert tables[0] == tables[1]
+    (row,) = (line for line in tables[0].splitlines() if "links 10 % heavier" in line)
+    cells = [cell.strip() for cell in row.split("|")[2:-1]]
+    for cell, scheme in ((0, "inner-loop"), (1, "direct"), (3, "admittance")):
+        log, scenario, _ = run("disturbance", *VARIANTS[f"{scheme}-mass-10"].settings)
+        assert cells[cell] == study().at_rest(disturbance.measured(dict(log), scenario))
+
+
+def study() -> ModuleType:
+    """The script that makes the table."""
+    path = ROOT / "docs" / "validation" / "studies" / "schemes.py"
+    spec = importlib.util.spec_from_file_location("study", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["study"] = module
+    spec.loader.exec_module(module)
+    return module
 
 
 def test_a_run_that_is_too_short_is_not_judged():
