@@ -161,22 +161,36 @@ def test_a_singular_posture_is_said_once(caplog) -> None:
     assert "smallest_singular_value is below 0.01" in said
 
 
-def test_hands_of_two_arms_stay_near_their_references() -> None:
+def beyond_reach_of_two(form: str, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Returns errors of the hands (N, 2) [m, rad] and `Limited` of both arms (N, 2, 10)."""
     still = frame_motion_at_rest(RigidTransform())
     X = pose_of(make_controlled_pair(lambda t: still).read("object_motion"))
-    made = CooperativeControllerConfig(form="compiled")
+    made = CooperativeControllerConfig(form=form)
     made.impedance.translation.damping = np.array(400.0)
     pair = make_controlled_pair(there_and_back(X, [0, 1.2, 0], NONE, 1.0, 1.5), made)
-    errors, acts = [], []
+    errors, limited = [], []
 
     def look(root) -> None:
         errors.append(pair.tracking_error())
-        acts.append([pair.read(f"limited_{k}")[:4].any() for k in (1, 2)])
+        limited.append([pair.read(f"limited_{k}") for k in (1, 2)])
 
     pair.simulator.set_monitor(look)
-    pair.simulator.AdvanceTo(2.6)
-    distance, angle = np.max(errors, axis=0)
-    assert np.any(acts, axis=0).all()
+    pair.simulator.AdvanceTo(duration)
+    return np.array(errors), np.array(limited)
+
+
+def test_hands_of_two_arms_stay_near_their_references() -> None:
+    errors, limited = beyond_reach_of_two("compiled", 2.6)
+    distance, angle = errors.max(axis=0)
+    assert limited[:, :, :4].any(axis=(0, 2)).all()
     assert distance < 0.015  # 1.2 m without limits
     assert np.degrees(angle) < 5.0
-    assert errors[-1][0] < 1e-4
+    assert errors[-1, 0] < 1e-4
+
+
+def test_both_forms_of_a_cooperation_do_the_same_at_a_limit() -> None:
+    runs = [beyond_reach_of_two(form, 0.52) for form in ("compiled", "blocks")]
+    (errors, limited), (others, reports) = runs
+    assert limited[:, :, :4].any(axis=(0, 2)).all()
+    np.testing.assert_allclose(others, errors, atol=1e-8)
+    np.testing.assert_allclose(reports, limited, atol=1e-4)
