@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geoimp_drake.diagrams.experiments.consistency import misalignment_at
-from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact, quaternion_error
+from geoimp_drake.diagrams.experiments.measures import (
+    Log,
+    ended_in_contact,
+    quaternion_error,
+    true_wrench,
+)
 from geoimp_drake.diagrams.experiments.singularity import held_and_peak
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, last_second
@@ -59,7 +64,7 @@ def _agreement(runs: Runs) -> list[Claim]:
     """Returns that the families give nearly the same contact force."""
     peaks, steady = [], []
     for log, scenario in runs.values():
-        force = np.linalg.norm(log[f"{scenario.compliant}/wrench"][:, 3:], axis=1)
+        force = np.linalg.norm(true_wrench(log, scenario.compliant)[:, 3:], axis=1)
         peaks.append(force.max())
         steady.append(
             force[last_second(log)].mean() if ended_in_contact(log, scenario.segments) else None

@@ -8,9 +8,11 @@ from matplotlib.figure import Figure
 from geoimp_drake.diagrams.experiments.measures import (
     ORIENTATION_LABELS,
     Log,
-    force_spring_error,
-    moment_spring_error,
+    drift,
     orientation_displacement,
+    spring_claims,
+    spring_errors,
+    true_wrench,
 )
 from geoimp_drake.simulation.claims import (
     Claim,
@@ -34,11 +36,10 @@ def claims(log: Log, scenario: Any) -> list[Claim]:
     values = _values_at_rest(log, scenario) if at_rest else {}
     value = values.get
     speeds = _joint_speeds(log, scenario) if at_rest else {}
-    wrench = np.abs(log[f"{scenario.compliant}/wrench"])
+    wrench = np.abs(true_wrench(log, scenario.compliant))
     sensor = scenario.sensor
     return [
-        at_most("at rest f = K_p Δp_dc, relative error", value("force"), 0.02),
-        at_most("at rest elastic moment against μ, relative error", value("moment"), 0.02),
+        *spring_claims(values, {"force": 0.02, "moment": 0.02}),
         at_most("drift of the force in the last second", value("drift"), 0.1, "N"),
         *(
             at_most(f"joint speed of {arm} while D rests", speeds.get(arm), 0.02, "rad/s, m/s")
@@ -51,14 +52,14 @@ def claims(log: Log, scenario: Any) -> list[Claim]:
 
 def _values_at_rest(log: Log, scenario: Any) -> dict[str, float]:
     body, rest = scenario.compliant, last_second(log)
-    wrench = log[f"{body}/wrench"][rest]
-    values = {"drift": float(np.ptp(wrench[:, 3:], axis=0).max())}
-    axes = scenario.impedance.axes
+    wrench = true_wrench(log, body)[rest]
+    axes, felt = scenario.impedance.axes, []
     if axes in ("both", "translation") and _least(wrench[:, 3:]) > _LEAST_FORCE:
-        values["force"] = force_spring_error(log, body, scenario.impedance, rest)
+        felt.append("force")
     if axes in ("both", "rotation") and _least(wrench[:, :3]) > _LEAST_MOMENT:
-        values["moment"] = moment_spring_error(log, body, scenario.impedance, rest)
-    return values
+        felt.append("moment")
+    errors = spring_errors(log, body, scenario.impedance, rest, felt)
+    return {"drift": drift(wrench[:, 3:]), **errors}
 
 
 def _redundant_arms(log: Log) -> list[str]:

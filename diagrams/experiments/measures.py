@@ -3,23 +3,26 @@
 `arm` is the name under which motions and wrench are logged: of an arm, or `object`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig
+from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT
 from geoimp_drake.laws.impedance.orientation_impedance import OrientationImpedance
 from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.rotations import quaternion, so3
-from geoimp_drake.simulation.claims import phase_reached
+from geoimp_drake.simulation.claims import Claim, at_most, blind, phase_reached
 from geoimp_drake.systems.frame_motion import POSITION, QUATERNION
 from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.typing import Array
 
 __all__ = [
     "ORIENTATION_LABELS",
+    "PARTS",
     "Log",
     "conditioning",
+    "drift",
     "end_reached",
     "ended_in_contact",
     "force_spring_error",
@@ -27,10 +30,23 @@ __all__ = [
     "moment_spring_error",
     "orientation_displacement",
     "quaternion_error",
+    "spring_claims",
+    "spring_errors",
     "spring_force",
+    "true_motion",
+    "true_wrench",
 ]
 
 Log = dict[str, Array]
+
+PARTS = "force", "moment"  # of the wrench
+_TRUE = "true "
+_WORDS = {
+    "force": "at rest f = K_p Δp_dc, relative error",
+    "moment": "at rest ᶜμ = K'_o ᶜε_dc, relative error",
+    f"{_TRUE}force": "at rest f = K_p Δp_de, true f and E, relative error",
+    f"{_TRUE}moment": "at rest ᵉμ = K'_o ᵉε_de, true μ and E, relative error",
+}
 
 ORIENTATION_LABELS = {
     "quaternion": "ᶜε_dc [-]",
@@ -63,11 +79,41 @@ def conditioning(log: Log, arm: str, impedance: ImpedanceConfig) -> Array:
     return np.array([family.conditioning(D, C) for family, D, C in _attitudes(log, arm, impedance)])
 
 
-def spring_force(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> Array:
-    """Returns K_p Δp_dc in W over some samples (N×3) [N]."""
-    D, C = (log[f"{arm}/motion_{frame}"][samples] for frame in "DC")
+def true_motion(log: Log, arm: str) -> Array:
+    """Returns the motion of E, or of the object, over time as it is in the plant (N×19)."""
+    return log[f"{arm}/motion_bar" if arm == OBJECT else f"{arm}/motion_E"]
+
+
+def true_wrench(log: Log, arm: str) -> Array:
+    """Returns the wrench on the environment over time without the sensors' errors (N×6).
+
+    A robot of one's own knows none but the measured one.
+    """
+    if arm != OBJECT:
+        return log.get(f"{arm}/wrench_true", log[f"{arm}/wrench"])
+    # What the controller takes for the object's, less what the sensors of both hands had wrong.
+    wrench, p_WO = log[f"{OBJECT}/wrench"].copy(), log[f"{OBJECT}/motion_O"][:, POSITION]
+    for hand in ARMS:
+        h = log[f"{hand}/wrench_true"] - log[f"{hand}/wrench"]
+        lever = log[f"{hand}/motion_E"][:, POSITION] - p_WO
+        wrench[:, :3] += h[:, :3] + np.cross(lever, h[:, 3:])
+        wrench[:, 3:] += h[:, 3:]
+    return wrench
+
+
+def drift(values: Array) -> float:
+    """Returns by how much the means of two halves (N×3) differ at most, in one component."""
+    first, second = (half.mean(axis=0) for half in np.array_split(values, 2))
+    return float(np.abs(second - first).max())
+
+
+def spring_force(
+    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array, *, true: bool = False
+) -> Array:
+    """Returns K_p Δp_dc in W over some samples (N×3) [N]; K_p Δp_de of the true E if `true`."""
+    D, F = log[f"{arm}/motion_D"][samples], _followed(log, arm, true)[samples]
     _, _, K_p = impedance.gains("translation")
-    displacement = D[:, POSITION] - C[:, POSITION]
+    displacement = D[:, POSITION] - F[:, POSITION]
     if not impedance.stiffness_is_in_desired():
         return displacement @ K_p.T
     attitudes = map(quaternion.to_rotation, D[:, QUATERNION])
@@ -76,21 +122,68 @@ def spring_force(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array)
     )
 
 
-def force_spring_error(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> float:
-    """Returns the largest ‖f − K_pΔp_dc‖ / ‖f‖ over some samples: (3.1) at rest."""
-    force = log[f"{arm}/wrench"][samples, 3:]
-    error = np.linalg.norm(force - spring_force(log, arm, impedance, samples), axis=1)
-    return float((error / np.linalg.norm(force, axis=1)).max())
+def force_spring_error(
+    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array, *, true: bool = False
+) -> float:
+    """Returns ‖f − K_pΔp_dc‖ / ‖f‖ of the means over some samples: (3.1) at rest.
+
+    No plant breaks that: f is measured, and C follows from it. With `true` f and E are the plant's.
+    """
+    spring = spring_force(log, arm, impedance, samples, true=true)
+    return _relative_error(_wrench(log, arm, true)[samples, 3:], spring)
 
 
-def moment_spring_error(log: Log, arm: str, impedance: ImpedanceConfig, samples: Array) -> float:
-    """Returns the largest ‖μ − μ_E‖ / ‖μ‖, μ_E the family's elastic moment: at rest zero."""
-    moment = log[f"{arm}/wrench"][samples, :3]
+def moment_spring_error(
+    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array, *, true: bool = False
+) -> float:
+    """Returns ‖μ − μ_E‖ / ‖μ‖ of the means, μ_E the family's elastic moment: at rest zero.
+
+    With `true` that of the true E, see `force_spring_error`.
+    """
     elastic = [
-        family.elastic_moment_W(D, C) for family, D, C in _attitudes(log, arm, impedance, samples)
+        family.elastic_moment_W(D, F)
+        for family, D, F in _attitudes(log, arm, impedance, samples, true=true)
     ]
-    error = np.linalg.norm(moment - np.array(elastic), axis=1)
-    return float((error / np.linalg.norm(moment, axis=1)).max())
+    return _relative_error(_wrench(log, arm, true)[samples, :3], np.array(elastic))
+
+
+def _relative_error(wrench: Array, spring: Array) -> float:
+    mean = wrench.mean(axis=0)
+    return float(np.linalg.norm(mean - spring.mean(axis=0)) / np.linalg.norm(mean))
+
+
+def _followed(log: Log, arm: str, true: bool) -> Array:
+    return true_motion(log, arm) if true else log[f"{arm}/motion_C"]
+
+
+def _wrench(log: Log, arm: str, true: bool) -> Array:
+    return true_wrench(log, arm) if true else log[f"{arm}/wrench"]
+
+
+def spring_errors(
+    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array, parts: Sequence[str] = PARTS
+) -> dict[str, float]:
+    """Returns `force_spring_error` and `moment_spring_error` for `spring_claims`, by name."""
+    errors = {"force": force_spring_error, "moment": moment_spring_error}
+    return {
+        f"{kind}{part}": errors[part](log, arm, impedance, samples, true=bool(kind))
+        for part in parts
+        for kind in ("", _TRUE)
+    }
+
+
+def spring_claims(values: Mapping[str, float], bounds: Mapping[str, float]) -> list[Claim]:
+    """Returns that the wrench is that of the springs, of C and of the true E.
+
+    Args:
+        values: `spring_errors`, as far as there are some.
+        bounds: of `force` and, if that is claimed, of `moment`.
+    """
+    of_C = [blind(at_most(_WORDS[part], values.get(part), bounds[part])) for part in bounds]
+    of_E = [
+        at_most(_WORDS[_TRUE + part], values.get(_TRUE + part), bounds[part]) for part in bounds
+    ]
+    return of_C + of_E
 
 
 def quaternion_error(log: Log, arm: str, frame: str) -> Array:
@@ -105,9 +198,15 @@ def misalignment(epsilon: Array, axis: Array) -> Array:
 
 
 def _attitudes(
-    log: Log, arm: str, impedance: ImpedanceConfig, samples: Array | slice = slice(None)
+    log: Log,
+    arm: str,
+    impedance: ImpedanceConfig,
+    samples: Array | slice = slice(None),
+    *,
+    true: bool = False,
 ) -> list[tuple[OrientationImpedance, Array, Array]]:
-    """Returns the family with the quaternions of D and C, sample by sample."""
+    """Returns the family with the quaternions of D and C, or of the true E, sample by sample."""
     family = impedance.make_rotation()
-    D, C = (log[f"{arm}/motion_{frame}"][samples][:, QUATERNION] for frame in "DC")
-    return [(family, Q_WD, Q_WC) for Q_WD, Q_WC in zip(D, C, strict=True)]
+    D, F = log[f"{arm}/motion_D"], _followed(log, arm, true)
+    D, F = (motion[samples][:, QUATERNION] for motion in (D, F))
+    return [(family, Q_WD, Q_WF) for Q_WD, Q_WF in zip(D, F, strict=True)]

@@ -1,7 +1,7 @@
 """What an experiment claims: a value from the log, its bound, and whether it holds."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ __all__ = [
     "Claim",
     "at_least",
     "at_most",
+    "blind",
     "format_claims",
     "last_second",
     "normal_stiffness",
@@ -36,6 +37,8 @@ class Claim:
         bound: what the number is held against, None if it is only reported.
         unit: of the number; empty for a ratio.
         holds: whether it keeps the bound, None if there is none or no number could be taken.
+        blind: whether no plant could break it, as it compares what the controller has measured with
+            what it computes from that.
     """
 
     claim: str
@@ -43,6 +46,7 @@ class Claim:
     bound: str | None
     unit: str
     holds: bool | None
+    blind: bool = False
 
     def as_dict(self) -> dict[str, object]:
         """Returns the claim for metrics.json."""
@@ -84,6 +88,11 @@ def within(
     """Returns the claim that a value differs from a target by no more than a fraction of it."""
     holds = value is not None and abs(value - target) <= tolerance * abs(target)
     return _claim(claim, value, f"{target:g} ± {100 * tolerance:g} %", unit, holds)
+
+
+def blind(claim: Claim) -> Claim:
+    """Returns the claim as one that no plant could break."""
+    return replace(claim, blind=True)
 
 
 def _claim(claim: str, value: float | None, bound: str | None, unit: str, holds: bool) -> Claim:

@@ -54,7 +54,7 @@ def steady(values: np.ndarray) -> float:
 def test_every_claim_holds():
     claims = claims_of("bar")
     assert_all_hold(claims)
-    assert len(claims) == 12
+    assert len(claims) == 14
 
 
 def test_neither_hand_pulls_at_the_other_at_the_start():

@@ -25,7 +25,7 @@ def scenario(*overrides: str) -> LooseScenario:
 def test_every_claim_of_the_misplanned_run_holds():
     claims = claims_of("peg_in_hole")
     assert_all_hold(claims)
-    assert len(claims) == 5
+    assert len(claims) == 6
 
 
 def test_every_claim_of_the_nominal_run_holds():

@@ -18,13 +18,13 @@ def during(log, begin, end):
 def test_every_claim_holds_with_null_space_motion():
     claims = claims_of("redundancy")
     assert_all_hold(claims)
-    assert len(claims) == 11
+    assert len(claims) == 12
 
 
 def test_every_claim_holds_without_it():
     claims = claims_of("redundancy", WITHOUT)
     assert_all_hold(claims)
-    assert len(claims) == 9
+    assert len(claims) == 10
 
 
 def test_the_contact_does_not_feel_the_null_space_motion():
