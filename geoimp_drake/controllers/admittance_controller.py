@@ -73,9 +73,12 @@ def _of_blocks(
     builder.Connect(joints.GetOutputPort("slack"), compliant.GetInputPort("slack"))
     builder.ExportInput(joints.GetInputPort("estimated_state"), "estimated_state")
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
+    wrenches = [compliant.GetInputPort("wrench")]
+    add_passivity(builder, compliant, passivity, measured, wrenches)
     if sensors is None:
-        builder.ExportInput(compliant.GetInputPort("wrench"), "wrench")
-    add_passivity(builder, compliant, passivity)
+        builder.ExportInput(wrenches[0], "wrench")
+        for target in wrenches[1:]:
+            builder.ConnectInput("wrench", target)
     for system, names in (
         (joints, [output.name for output in kinematics.outputs if output.name != "slack"]),
         (compliant, [output.name for output in impedance.outputs]),
@@ -86,7 +89,7 @@ def _of_blocks(
         add_sensors(
             builder,
             sensors,
-            {"wrench": [compliant.GetInputPort("wrench")]},
+            {"wrench": wrenches},
             {"reference_motion": compliant.GetOutputPort("last_compliant_motion")},
         )
     return builder.Build()

@@ -245,7 +245,7 @@ class ImpedanceControllerConfig(SchemeConfig):
     def make_passivity(self, impedance: EndEffectorImpedance) -> Passivity:
         """Returns through what the gains of an impedance change."""
         springs = impedance if isinstance(impedance, Impedance) else impedance.springs
-        return self.passivity.make(springs)
+        return self.passivity.make(springs, self.sampling.period)
 
     def make_kinematics(self, model: ControlModel) -> InverseKinematics:
         """Returns the part that makes joint references, for the scheme `admittance`."""

@@ -10,6 +10,7 @@ from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.parts.part import Part
 from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.wrist_sensors import WristSensors
+from geoimp_drake.systems.adaptive_damping import AdaptiveDamping
 from geoimp_drake.systems.part_system import PartSystem, system_of
 from geoimp_drake.systems.passive_gains import PassiveGains
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
@@ -35,14 +36,30 @@ def warn_uncompiled() -> None:
     )
 
 
-def add_passivity(builder: DiagramBuilder, compliant: System, passivity: Passivity) -> None:
+def add_passivity(
+    builder: DiagramBuilder,
+    compliant: System,
+    passivity: Passivity,
+    measured: OutputPort,
+    wrenches: list[InputPort],
+) -> None:
     """Adds what keeps an impedance passive to its block, with ports that the controller exports.
 
     Args:
         builder: where it is added.
         compliant: the block of the impedance, whose desired motion is exported already.
         passivity: its part.
+        measured: motion of E.
+        wrenches: what gets the wrench; the one of the adaptive damping is added.
     """
+    if passivity.damping is not None:
+        damping = builder.AddNamedSystem("damping", AdaptiveDamping.of(passivity.damping))
+        wrenches.append(damping.GetInputPort("wrench"))
+        builder.Connect(measured, damping.GetInputPort("measured_motion"))
+        scale = "damping_scale"
+        builder.Connect(damping.GetOutputPort(scale), compliant.GetInputPort(scale))
+        for output in passivity.damping.outputs:
+            builder.ExportOutput(damping.GetOutputPort(output.name), output.name)
     if passivity.gains is None:
         builder.ExportInput(compliant.GetInputPort("stiffness_scale"), "stiffness_scale")
         return

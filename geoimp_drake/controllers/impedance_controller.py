@@ -115,7 +115,9 @@ def make_impedance_controller(
 
         With `config.passivity.gains` there are inputs `stiffness` and `damping`, K and D (6×6) row
         by row in the order [angular; linear], as configured where not connected (36), and an output
-        `tank`, the energy that is there for their changes: see `systems.passive_gains`.
+        `tank`, the energy that is there for their changes: see `systems.passive_gains`. With
+        `config.passivity.damping` there are outputs `damping_scale`, `given_out` and `alternating`
+        of `systems.adaptive_damping`.
 
         With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
         reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
@@ -242,6 +244,7 @@ def _of_blocks(
         none = builder.AddNamedSystem("no_wrench", ConstantVectorSource(np.zeros(6)))
         for target in loop.inputs["wrench"]:
             builder.Connect(none.get_output_port(), target)
+    add_passivity(builder, compliant, passivity, loop.outputs["measured_motion"], wrenches)
     if sensors is None:
         builder.ExportInput(wrenches[0], "wrench")
         for target in wrenches[1:]:
@@ -250,7 +253,6 @@ def _of_blocks(
     if slack is not None:
         # C is held back by what the limits leave undone.
         builder.Connect(slack, compliant.GetInputPort("slack"))
-    add_passivity(builder, compliant, passivity)
     for name in ("compliant_motion", "displacement", "energy", "last_compliant_motion"):
         builder.ExportOutput(compliant.GetOutputPort(name), name)
     for name, port in loop.outputs.items():

@@ -94,7 +94,9 @@ class AdmittanceController:
         motion, slack = now.output("compliant_motion"), now.memory[self._slack]
         view = self._of_impedance(now)
         self._impedance.keep(memory[self.memory.impedance], state, view, motion, slack)
-        self._passivity.keep(memory[self.memory.passivity], now, motion)
+        place = memory[self.memory.passivity]
+        measured = view["wrench"], view["measured_motion"]
+        self._passivity.keep(place, now, motion, lambda: measured)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state."""

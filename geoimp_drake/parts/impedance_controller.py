@@ -157,8 +157,13 @@ class ImpedanceController:
         *_, bound, limited = found.reports
         place, view = memory[self.memory.impedance], self._view(now, found.memory)
         self._impedance.keep(place, state, view, found.motion, slack_of(limited))
-        self._passivity.keep(memory[self.memory.passivity], now, found.motion)
+        place = memory[self.memory.passivity]
+        self._passivity.keep(place, now, found.motion, lambda: self._measured(now, found))
         self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
+
+    def _measured(self, now: Now, found: _Found) -> tuple[Array, Array]:
+        """Returns the wrench and the motion of E as measured last."""
+        return found.wrench, self._loop.motion(found.memory[self.memory.arm], now)
 
     def _view(self, now: Now, memory: Array) -> Now:
         """Returns what the impedance sees."""

@@ -35,6 +35,7 @@ from geoimp_drake.parts.wrist_sensor_config import (
 )
 from geoimp_drake.simulation.live import PushButton, StiffnessSliders
 from geoimp_drake.simulation.visualization import FrameTriads, WrenchArrow
+from geoimp_drake.systems.adaptive_damping import AdaptiveDamping
 from geoimp_drake.systems.arm.arm_model import ArmModel
 from geoimp_drake.systems.arm.constrained_acceleration import ConstrainedAcceleration
 from geoimp_drake.systems.arm.industrial_controller import (
@@ -60,6 +61,7 @@ from geoimp_drake.systems.last_motion import LastMotion
 from geoimp_drake.systems.natural_impedance import NaturalImpedance
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
 from geoimp_drake.systems.passive_gains import PassiveGains
+from geoimp_drake.systems.passivity_observer import PassivityObserver
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.systems.sensing.momentum_observer import MomentumObserver
@@ -113,6 +115,7 @@ def industrial_controller() -> IndustrialController:
 
 # How to make each system, and its n.
 CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
+    AdaptiveDamping: (AdaptiveDamping, 0),
     ArmModel: (lambda: ArmModel(six_joint_model()), 6),
     ConstrainedAcceleration: (lambda: ConstrainedAcceleration(six_joint_model()), 6),
     CooperativeKinematics: (CooperativeKinematics, 0),
@@ -132,6 +135,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     MotionController: (MotionController, 0),
     LastMotion: (LastMotion, 0),
     NaturalImpedance: (lambda: NaturalImpedance(make_impedance().part), 0),
+    PassivityObserver: (PassivityObserver, 0),
     PassiveGains: (lambda: PassiveGains(make_impedance().part), 0),
     ReferenceHold: (ReferenceHold, 0),
     RedundancyResolver: (lambda: RedundancyResolver(six_joint_model()), 6),

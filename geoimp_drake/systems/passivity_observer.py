@@ -1,0 +1,39 @@
+"""The energy that an end effector gives out, from what is measured of it."""
+
+from geoimp_drake.parts import passivity_observer as part
+from geoimp_drake.parts.passivity_observer import ObserverConfig
+from geoimp_drake.systems.part_system import PartSystem
+
+__all__ = ["PassivityObserver"]
+
+
+class PassivityObserver(PartSystem):
+    """Sums up the work of the measured wrench on the measured motion of the end effector.
+
+    Wrench and way are paired by steps: a wrench that arrives d periods late did its work on the way
+    z of d periods ago. Paired with the way of now, the work of a contact that rings has the wrong
+    sign. Of what alternates,
+
+        w = (h − h̄)ᵀ(z − z̄)     (L.6)
+
+    is summed up while it is positive: a push. One that follows another within half a second, and is
+    at least half as strong, tells that the contact rings; a single impact does not. Below about
+    1 mJ that says nothing.
+
+    Args:
+        period: of wrench and readings [s].
+        config: the wrench's delay, and what counts as alternating.
+
+    Raises:
+        ConfigurationError: a number cannot be used.
+        SignalError: an input is not finite, or a quaternion not unit.
+
+    Ports:
+        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        input measured_motion: of E in W (19)
+        output given_out: work done so far on the environment; a held state (1) [J]
+        output alternating: energy of a push while it rings, else zero; a held state (1) [J]
+    """
+
+    def __init__(self, period: float = 1e-3, config: ObserverConfig | None = None):
+        super().__init__(part.PassivityObserver(period, config))
