@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError
@@ -24,6 +24,7 @@ from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.null_space_gain import null_space_gain
 from geoimp_drake.parts.passivity import Passivity, PassivityConfig
 from geoimp_drake.task_functions.config import TaskConfig
+from geoimp_drake.task_functions.posture import POSTURE_RATE, Posture
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, key, positive, spd_matrix
@@ -137,12 +138,16 @@ class SamplingConfig:
 
 @dataclass
 class RedundancyConfig:
-    """The null-space motion of an arm with more than six joints; by default damped to rest."""
+    """The null-space motion of an arm with more than six joints.
+
+    Without a task the arm holds the posture of its start, at the rate `POSTURE_RATE`; with one of
+    the kind `none` the null-space motion is damped, as with the chapter's k_β = 0.
+    """
 
     kappa: float | None = None  # e_n decays at this rate, K_n = κB [1/s]; null for 10, or for a K_n
     K_n: Array = field(default_factory=lambda: np.array(0.0))  # constant gain [Nms/rad, Ns/m]
     k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it
-    task: TaskConfig | None = None
+    task: TaskConfig | None = None  # null: hold the posture of the start, whatever k_beta is
     weight: str = "inertia"  # or identity, matrix
     weight_matrix: Array | None = None  # W (n×n) or its diagonal, for matrix
     damping: SingularityDamping = field(default_factory=SingularityDamping)
@@ -188,15 +193,15 @@ class RedundancyConfig:
             ConfigurationError: a size, name or number does not fit the arm.
         """
         check(self, "redundancy")
-        n = model.num_joints
+        n, k_beta = model.num_joints, self.k_beta
         null_space_gain(self.K_n, self.kappa, n, "redundancy")
         weights = {"inertia": None, "identity": np.eye(n), "matrix": self.weight_matrix}
         if task is None and self.task is not None:
             task = self.task.make(model)
+        if task is None and n > TASK_DIMENSION:
+            task, k_beta = Posture(model), -POSTURE_RATE
         weight = weights[self.weight]
-        return NullSpace(
-            model, self.K_n, self.kappa, self.k_beta, task, weight, self.damping, period
-        )
+        return NullSpace(model, self.K_n, self.kappa, k_beta, task, weight, self.damping, period)
 
 
 def _size_of(gain: Array) -> int:

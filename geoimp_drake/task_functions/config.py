@@ -11,6 +11,7 @@ from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 from geoimp_drake.task_functions.joint_target import JointTarget
 from geoimp_drake.task_functions.manipulability import Manipulability
 from geoimp_drake.task_functions.plane_distance import PlaneDistance
+from geoimp_drake.task_functions.posture import Posture
 from geoimp_drake.task_functions.task_function import NoTask, TaskFunction
 from geoimp_drake.task_functions.weighted_sum import WeightedSum
 from geoimp_drake.typing import Array
@@ -23,7 +24,8 @@ __all__ = ["KINDS", "TaskConfig", "TermConfig"]
 class TermConfig:
     """One task function. `kind` says which; the fields of other kinds are not used.
 
-    none: w = 0. joint-target: descend it. manipulability, joint-limits, plane-distance: climb them.
+    none: w = 0. joint-target, posture: descend them. manipulability, joint-limits, plane-distance:
+    climb them.
     """
 
     kind: str = "none"
@@ -90,6 +92,7 @@ MAKERS: dict[str, Callable[[TermConfig, ControlModel], TaskFunction]] = {
         duration=term.duration,
     ),
     "manipulability": lambda term, model: Manipulability(),
+    "posture": lambda term, model: Posture(model),
     "joint-limits": lambda term, model: JointLimitDistance(model, term.joints, term.margin),
     "plane-distance": lambda term, model: PlaneDistance(model, term.link, term.normal, term.offset),
 }

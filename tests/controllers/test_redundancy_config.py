@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 from redundant_arms import FACING, Resolver, generated_arm, random_states, track_arm
+from runs import run
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import RedundancyConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.task_functions.config import KINDS
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 from geoimp_drake.task_functions.joint_target import JointTarget
 from geoimp_drake.task_functions.manipulability import Manipulability
 from geoimp_drake.task_functions.plane_distance import PlaneDistance
+from geoimp_drake.task_functions.posture import Posture
 from geoimp_drake.task_functions.weighted_sum import WeightedSum
 from geoimp_drake.validation import check
 
@@ -89,12 +92,13 @@ def test_dumped_and_loaded_again_it_is_the_same() -> None:
     assert yaml_dump_typed(again) == yaml_dump_typed(config)
 
 
-def test_default_is_damping_towards_rest() -> None:
-    config = load("{}")
-    np.testing.assert_array_equal(
-        value_and_acceleration(made(config)),
-        value_and_acceleration(RedundancyResolver(TRACK, kappa=10.0)),
-    )
+def test_default_holds_the_posture_and_the_task_none_damps_towards_rest() -> None:
+    held = RedundancyResolver(TRACK, kappa=10.0, k_beta=-30.0, task=Posture(TRACK))
+    damped = RedundancyResolver(TRACK, kappa=10.0)
+    for text, by_hand in (("{}", held), ("task: {kind: none}", damped)):
+        np.testing.assert_array_equal(
+            value_and_acceleration(made(load(text))), value_and_acceleration(by_hand)
+        )
 
 
 @pytest.mark.parametrize("joints", [6, 7, 8])
@@ -165,3 +169,18 @@ def test_what_does_not_fit_the_arm_is_refused_with_the_valid_names(text: str) ->
         config.make(TRACK)
     for part in BAD_FOR_THIS_ARM[text]:
         assert part in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("task", "drift"), [("null", (0.0, 0.02)), ("{kind: none}", (0.03, np.inf))]
+)
+def test_without_a_task_an_arm_holds_its_posture_where_its_links_are_heavier(task, drift):
+    idle = ("form=compiled", "duration=10", "segments=[]", "redundancy.k_beta=0")
+    heavy = ("world.links.mass=1.1", "redundancy.K_n=0", f"redundancy.task={task}")
+    log, _, failure = run("redundancy", *idle, *heavy)
+    assert failure is None
+    least, most = drift
+    assert least <= np.abs(log["seven/q"] - log["seven/q"][0]).max() < most
+    # The end effector is where it is without: 0.34 mm off D.
+    offset = np.linalg.norm((log["seven/motion_E"] - log["seven/motion_D"])[:, POSITION], axis=1)
+    assert offset.max() == pytest.approx(0.343e-3, abs=2e-6)

@@ -46,7 +46,10 @@ def null_space_velocity(elbow_speed: float) -> np.ndarray:
 
 
 def idle(weight: str = "inertia") -> ImpedanceControllerConfig:
-    config = ImpedanceControllerConfig(redundancy=RedundancyConfig(weight=weight))
+    """Returns a controller that damps the null-space motion and holds no posture."""
+    config = ImpedanceControllerConfig(
+        redundancy=RedundancyConfig(weight=weight, task=TaskConfig(kind="none"))
+    )
     config.impedance.translation.damping = np.array(400.0)
     return config
 

@@ -12,6 +12,7 @@ from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 from geoimp_drake.task_functions.joint_target import JointTarget
 from geoimp_drake.task_functions.manipulability import Manipulability
 from geoimp_drake.task_functions.plane_distance import PlaneDistance
+from geoimp_drake.task_functions.posture import Posture
 from geoimp_drake.task_functions.task_function import Instant, NoTask
 from geoimp_drake.task_functions.user_function import UserFunction
 from geoimp_drake.task_functions.weighted_sum import WeightedSum
@@ -36,6 +37,7 @@ TASKS = {
     "joint target": JointTarget(MODEL, AFTER, [0.5, -0.4], start=0.2, duration=2.0),
     "joint target from a given value": JointTarget(MODEL, AFTER, [0.5, -0.4], initial=[0.0, 0.1]),
     "manipulability": Manipulability(),
+    "posture": Posture(MODEL),
     "joint limits, all of the range": JointLimitDistance(MODEL, margin=1.0),
     "joint limits, margin": JointLimitDistance(MODEL, margin=0.9),
     "plane of the last link": PlaneDistance(MODEL, "link7", [1.0, 2.0, -0.5], 0.3),
