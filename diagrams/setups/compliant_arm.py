@@ -16,6 +16,7 @@ from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex
 from pydrake.systems.framework import OutputPort, System
 
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
+from geoimp_drake.controllers.safety import add_safety_limits
 from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm
@@ -85,7 +86,7 @@ def add_compliant_arm(
     connect_wrist_sensors(builder, plant, controller)
 
     # Desired motion and joint state go in, torques come out.
-    builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
+    desired_motion = _with_safety(setup, instance, E, controller, desired_motion, settings)
     setup.true_plant.connect_readings(instance, controller.GetInputPort("estimated_state"))
     if settings.scheme == "admittance":
         torques = _add_servos(setup, instance, E, controller, settings)
@@ -94,6 +95,34 @@ def add_compliant_arm(
     setup.true_plant.connect_torques(torques, instance)
     setup.true_plant.hang_payloads(sensor_joint)
     return CompliantArm(arm, E, desired_motion, controller, torques)
+
+
+def _with_safety(
+    setup: SetupBuilder[Any],
+    instance: ModelInstanceIndex,
+    E: Frame,
+    controller: System,
+    desired_motion: OutputPort,
+    settings: CompliantArmSettings,
+) -> OutputPort:
+    """Connects the desired motion, through the safety limits if there are any; returns D."""
+    builder = setup.builder
+    if settings.safety is None:
+        builder.Connect(desired_motion, controller.GetInputPort("desired_motion"))
+        return desired_motion
+    limits = add_safety_limits(
+        builder,
+        setup.plant,
+        instance,
+        E,
+        settings,
+        settings.safety,
+        controller=controller,
+        desired_motion=desired_motion,
+        wrench=controller.GetOutputPort("wrench"),
+    )
+    setup.true_plant.connect_readings(instance, limits.GetInputPort("estimated_state"))
+    return limits.GetOutputPort("safe_motion")
 
 
 def _add_servos(

@@ -13,6 +13,7 @@ from geoimp_drake.diagrams.setups.world import WorldConfig
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
+from geoimp_drake.systems.safety_limits import SafetyConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
 from geoimp_drake.validation import LARGEST_SEED, key, positive, whole_number
 
@@ -104,6 +105,7 @@ class CompliantArmSettings(ImpedanceControllerConfig, RunSettings):
     # Of the scheme admittance: the arm's own joint servos, with the period of sampling; null for
     # their defaults.
     servos: IndustrialControllerConfig | None = None
+    safety: SafetyConfig | None = None  # limits for somebody whom the arm may hit
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

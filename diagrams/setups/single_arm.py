@@ -5,6 +5,8 @@
 ```
 """
 
+from typing import Any
+
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
@@ -12,6 +14,7 @@ from pydrake.multibody.tree import Frame, Joint
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, add_cell
+from geoimp_drake.diagrams.scene.colliding_body import ContactForce
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import check_clear
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
@@ -60,11 +63,20 @@ def build_single_arm(
     setup.add_external_wrench(E, X_WE.rotation(), scenario.external)
     if setup.is_logged:
         hand.record(setup)
+    if scenario.body is not None and setup.is_logged:
+        _record_contact(setup)
     setup.record_surface(scenario.surface, np.zeros(3))
     setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
     if scenario.robot is not None:
         setup.frame_models(E)
     return setup.build()
+
+
+def _record_contact(setup: SetupBuilder[Any]) -> None:
+    """Logs the force on the body that the hand runs into."""
+    force = setup.builder.AddSystem(ContactForce())
+    setup.builder.Connect(setup.plant.get_contact_results_output_port(), force.get_input_port())
+    setup.recorder.record("body/force", force.get_output_port())
 
 
 def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:
@@ -76,6 +88,8 @@ def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[
         )
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
         actuator.set_effort_limit(scenario.effort_scale * actuator.effort_limit())
+    if scenario.body is not None:
+        scenario.body.add(plant, E.body(), E.GetFixedPoseInBodyFrame().translation())
     add_friction(plant, scenario.world)
     plant.Finalize()
     return E, sensor_joint

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
+from geoimp_drake.diagrams.scene.colliding_body import CollidingBody
 from geoimp_drake.diagrams.scene.surface_config import disk_sides
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.posture import StartConfig
@@ -26,6 +27,7 @@ class SingleArmScenario(CompliantArmSettings):
     start: StartConfig = field(default_factory=StartConfig)
     segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
     surface: SurfacePlacement | None = None
+    body: CollidingBody | None = None  # that the hand may run into
     external: WrenchRamp | None = None  # on the hand at E; its frame's axes are those of D
     disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
     effort_scale: float = 1.0  # factor of all effort limits, which the controller knows

@@ -1,0 +1,51 @@
+"""The speed from which an impact stays below a force, and how far D may lead C for the same."""
+
+import math
+
+from geoimp_drake.compilation.compiled import compilable
+from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.typing import Array
+
+__all__ = ["leashed", "safe_speed"]
+
+
+@compilable
+def safe_speed(
+    direction: Array, force: float, stiffness: float, mobility: Array, M_p: Array, D_p: Array
+) -> float:
+    """(L.6) v ≤ F / (nᵀDn + √(max(m_eff, nᵀMn) k)), m_eff = 1 / nᵀΛ⁻¹n [m/s]. Floats only.
+
+    D that moves on pulls C, which the body stops, with the damper: that is the first term. The
+    second is what a mass of that speed does to a spring. Where the wrist gives way sideways m_eff
+    is small, but the arm is made to have M: the larger one counts. In a direction in which the arm
+    cannot move there is no speed.
+
+    Args:
+        direction: n, unit (3,), in W.
+        force: F [N].
+        stiffness: k of the contact [N/m].
+        mobility: translational part of Λ⁻¹ = J B⁻¹ Jᵀ (3, 3), in W.
+        M_p: mass of the impedance (3, 3), in W.
+        D_p: its damping (3, 3), in W.
+    """
+    n = sized(direction, 3)
+    gives = n @ (sized(mobility, 3, 3) @ n)
+    if gives <= 0.0:
+        return 0.0
+    mass = max(1.0 / gives, n @ (sized(M_p, 3, 3) @ n))
+    return force / (n @ (sized(D_p, 3, 3) @ n) + math.sqrt(mass * stiffness))
+
+
+@compilable
+def leashed(difference: Array, gain: Array, most: float) -> Array:
+    """(L.7) x min(1, f / ‖Gx‖): a difference whose spring or damper pulls with f at most (3,).
+
+    Args:
+        difference: x of D from C, a position or a velocity (3,).
+        gain: G, K_p or D_p (3, 3).
+        most: f [N].
+    """
+    x = sized(difference, 3)
+    pull = sized(gain, 3, 3) @ x
+    size = math.sqrt(pull @ pull)
+    return x * (1.0 if size <= most else most / size)
