@@ -175,6 +175,12 @@ EXPERIMENTS = {
             "single arm",
             "limits",
         ),
+        Experiment(
+            "collision",
+            "an arm runs into a body, clamped or free, with and without safety limits",
+            "single arm",
+            "collision",
+        ),
     )
 }
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geoimp_drake.diagrams.experiments import disturbance, limits
+from geoimp_drake.diagrams.experiments import collision, disturbance, limits
 from geoimp_drake.diagrams.experiments.bar import internal_wrench
 from geoimp_drake.diagrams.experiments.comparisons import Comparison
 from geoimp_drake.diagrams.experiments.measures import Log, ended_in_contact
@@ -131,4 +131,5 @@ CONTRASTS = {
     "bar": Comparison(_squeeze_curves, _squeeze_claims),
     "disturbance": Comparison(None, disturbance.claims_across, disturbance.figure_across),
     "limits": Comparison(None, limits.claims_across, limits.figure_across),
+    "collision": Comparison(None, collision.claims_across, collision.figure_across),
 }

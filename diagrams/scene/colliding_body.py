@@ -69,7 +69,12 @@ class CollidingBody:
 
 
 class ContactForce(LeafSystem):
-    """The size of the force between the ball and the body [N]."""
+    """The size of the force between the ball and the body.
+
+    Ports:
+        input contact_results: of the plant, abstract
+        output force: of its point contacts [N] (1)
+    """
 
     def __init__(self) -> None:
         super().__init__()

@@ -16,9 +16,9 @@ class SafetyLimits(PartSystem):
     desired_motion ─▶ safety ─safe_motion, stiffness_scale─▶ controller ─C, wrench─▶ safety
     ```
 
-    - *Cap*: D moves to where it should be with the speed (L.6) at most, by the effective mass in
+    - *Cap*: D moves to where it should be with the speed (L.8) at most, by the effective mass in
       the direction in which it moves.
-    - *Leash*: spring and damper between D and C pull with half of the force at most (L.7).
+    - *Leash*: spring and damper between D and C pull with half of the force at most (L.9).
     - *Reaction*: as soon as the wrist feels the force `detection`, D rests where C is, and K is
       multiplied by `softer`, until the simulation starts again.
 

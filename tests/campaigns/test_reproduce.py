@@ -255,6 +255,7 @@ OBJECTS = {
     "bar": ("visualizer/bar/bar", "visualizer/seven/link6", "frames/O/z"),
     "disturbance": ("visualizer/six/link6", "frames/E/z", "visualizer/plexiglas/plate"),
     "limits": ("visualizer/six/link6", "frames/E/z"),
+    "collision": ("visualizer/six/link6", "frames/E/z"),
 }
 ALWAYS = ("frames/D/x", "frames/C/y", "wrench/shaft", "wrench/tip")
 # How many meshes are at or below a path, -1 for a path that is not there.

@@ -28,7 +28,7 @@ CHAPTER = [
     "(3.21 coupled)",
     "(3.29 trace)",
     "(3.31 coupled)",
-    *(f"(L.{k})" for k in range(1, 8)),
+    *(f"(L.{k})" for k in range(1, 10)),
     "(A.1)",
 ]
 

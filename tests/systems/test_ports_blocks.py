@@ -25,6 +25,7 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
+from geoimp_drake.diagrams.scene.colliding_body import ContactForce
 from geoimp_drake.diagrams.setups.joint_errors import VectorFunction
 from geoimp_drake.models import package_map
 from geoimp_drake.parts.wrist_sensor_config import (
@@ -62,6 +63,7 @@ from geoimp_drake.systems.natural_impedance import NaturalImpedance
 from geoimp_drake.systems.part_system import Block, FlowingPartSystem, PartSystem
 from geoimp_drake.systems.passive_gains import PassiveGains
 from geoimp_drake.systems.passivity_observer import PassivityObserver
+from geoimp_drake.systems.safety_limits import SafetyConfig, SafetyLimits
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensor, ForceTorqueSensors
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.systems.sensing.momentum_observer import MomentumObserver
@@ -109,6 +111,11 @@ def frame_motion_sensor() -> FrameMotionSensor:
     return FrameMotionSensor(E, path_to(plant, E))
 
 
+def safety_limits() -> SafetyLimits:
+    config = SafetyConfig(force=150.0, source="this test", contact_stiffness=1e4)
+    return SafetyLimits(six_joint_model(), (np.eye(3),) * 3, config)
+
+
 def industrial_controller() -> IndustrialController:
     return make_industrial_controller(*six_joint_plant(), None)
 
@@ -142,6 +149,8 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     HandOver: (lambda: HandOver(7), 7),
     JointReadings: (lambda: JointReadings(9), 9),
     MomentumObserver: (lambda: MomentumObserver(six_joint_model()), 6),
+    ContactForce: (ContactForce, 0),
+    SafetyLimits: (safety_limits, 6),
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),

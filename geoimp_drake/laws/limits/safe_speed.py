@@ -13,7 +13,7 @@ __all__ = ["leashed", "safe_speed"]
 def safe_speed(
     direction: Array, force: float, stiffness: float, mobility: Array, M_p: Array, D_p: Array
 ) -> float:
-    """(L.6) v ≤ F / (nᵀDn + √(max(m_eff, nᵀMn) k)), m_eff = 1 / nᵀΛ⁻¹n [m/s]. Floats only.
+    """(L.8) v ≤ F / (nᵀDn + √(max(m_eff, nᵀMn) k)), m_eff = 1 / nᵀΛ⁻¹n [m/s]. Floats only.
 
     D that moves on pulls C, which the body stops, with the damper: that is the first term. The
     second is what a mass of that speed does to a spring. Where the wrist gives way sideways m_eff
@@ -38,7 +38,7 @@ def safe_speed(
 
 @compilable
 def leashed(difference: Array, gain: Array, most: float) -> Array:
-    """(L.7) x min(1, f / ‖Gx‖): a difference whose spring or damper pulls with f at most (3,).
+    """(L.9) x min(1, f / ‖Gx‖): a difference whose spring or damper pulls with f at most (3,).
 
     Args:
         difference: x of D from C, a position or a velocity (3,).

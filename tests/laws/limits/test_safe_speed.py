@@ -1,4 +1,4 @@
-"""The speed from which an impact is safe, and the leash: against the law's own two-mass equation."""
+"""The speed from which an impact is safe, against the law's own two-mass equation; the leash."""
 
 import numpy as np
 import pytest
