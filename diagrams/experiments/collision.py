@@ -58,10 +58,11 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     safety = scenario.safety
     whole = safety is not None and safety.cap and safety.leash and safety.detection is not None
     bound = safety.force if safety is not None and whole else np.inf
+    damping = np.linalg.eigvalsh(scenario.impedance.gains("translation")[1]).min()
     return [
         at_most("largest force on the body", values.get("peak"), bound, "N"),
         at_most("force that is left at the end", values.get("left"), bound, "N"),
-        at_most("speed of the hand as it touches", values.get("speed"), np.inf, "m/s"),
+        at_most("speed of the hand as it touches", values.get("speed"), bound / damping, "m/s"),
     ]
 
 
