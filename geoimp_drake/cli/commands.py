@@ -30,6 +30,8 @@ __all__ = [
 
 SUCCESS, FAILURE, UNUSABLE = 0, 1, 2  # exit status
 
+WORLDS = "worlds"  # the experiment that runs all others
+
 # What is timed: experiment, when, and whether its real-time factor counts as the experiment's.
 BENCH_CASES = {
     "single_free": ("plexiglas", 1.0, False),
@@ -45,9 +47,11 @@ BENCH_CASES = {
 def list_experiments(_: argparse.Namespace) -> int:
     """Names the experiments. Returns the exit status."""
     from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
+    from geoimp_drake.diagrams.experiments.worlds import SUMMARY
 
     for experiment in EXPERIMENTS.values():
         print(f"{experiment.name:14}{experiment.summary}")
+    print(f"{WORLDS:14}{SUMMARY}")
     return SUCCESS
 
 
@@ -57,6 +61,8 @@ def run(options: argparse.Namespace) -> int:
     from geoimp_drake.simulation.claims import format_claims
     from geoimp_drake.simulation.experiment import run_experiment
 
+    if options.experiment == WORLDS:
+        return _run_worlds(options)
     if options.host is not None and not options.meshcat:
         raise ConfigurationError("--host is where --meshcat listens; give --meshcat as well.")
     experiment = get_experiment(options.experiment or named_in(options.scenario))
@@ -74,6 +80,28 @@ def run(options: argparse.Namespace) -> int:
     print(format_claims(result.claims))
     print_files(result.files)
     return status_of({experiment.name: result.failure} if result.failure else {})
+
+
+def _run_worlds(options: argparse.Namespace) -> int:
+    """Runs every experiment in other worlds. Returns the exit status."""
+    from geoimp_drake.diagrams.experiments.worlds import run_worlds
+    from geoimp_drake.simulation.claims import format_claims
+
+    if options.scenario or options.html or options.meshcat or options.seed is not None:
+        raise ConfigurationError(
+            "worlds is many runs, each with seeds of its own: leave out --scenario, --html, "
+            "--meshcat and --seed; --duration and --set are those of every run."
+        )
+    given = {"duration": options.duration, "impedance.orientation": options.orientation}
+    overrides = [f"{path}={value}" for path, value in given.items() if value is not None]
+    result = run_worlds(
+        options.out or Path("results") / WORLDS,
+        jobs=os.cpu_count() or 1,
+        overrides=(*overrides, *options.overrides),
+    )
+    print(format_claims(result.claims))
+    print_files(result.files)
+    return status_of(result.failures)
 
 
 def named_in(file: Path | None) -> str:
