@@ -33,13 +33,13 @@ from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_contents, figure_files, figure_style
 from geoimp_drake.systems.frame_motion import POSITION
 
-__all__ = ["SUMMARY", "Cell", "World", "WorldsResult", "run_worlds", "worlds"]
+__all__ = ["SUMMARY", "Cell", "World", "WorldsResult", "run_world", "run_worlds", "worlds"]
 
 SUMMARY = "every experiment in worlds that are not its controller's model: which claims stand"
 _JOURNAL = "journal.jsonl"
 _FILES = (_JOURNAL, "worlds.csv", "worlds.json", *figure_files("worlds"))
 _FIELDS = {"claims": list, "deviation": list, "failure": str | None}
-_COLOURS = ("#CC3311", "#EE9933", "#BBCC33", "#228833")
+_COLOURS = ("#EE9988", "#F4C27A", "#DDE28A", "#9FD3A4")
 _FORCE, _STIFFNESS = (
     "at rest f = K_p Δp_de, true f and E, relative error",
     "normal force over depth",
