@@ -78,7 +78,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
     panels = [
         ("force on the body", "f [N]", log["body/force"][:, 0], 1.0),
         ("speed of the hand", "‖v_e‖ [m/s]", np.linalg.norm(E[:, LINEAR_VELOCITY], axis=1), 0.1),
-        ("C's reference from its start", "Δp_d [mm]", 1e3 * (D - D[0])[:, POSITION], None),
+        ("D from its start", "Δp_d [mm]", 1e3 * (D - D[0])[:, POSITION], None),
     ]
     return {
         "collision": panels_figure(

@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from library_tree import ROOT
 from runs import assert_all_hold, claims_of, run
 
+from geoimp_drake.campaigns.sweep_plan import SweepPlan
 from geoimp_drake.diagrams.experiments import collision, reproduction
+from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+from geoimp_drake.scenario.loading import read_yaml
 from geoimp_drake.simulation.claims import NOT_REACHED
+from geoimp_drake.simulation.run import simulate
 
 (STUDY,) = (study for study in reproduction.studies() if study.name == "collision")
 VARIANTS = {variant.name: variant for variant in STUDY.variants}
@@ -31,6 +36,21 @@ def test_there_are_eight_clamped_cases():
 
 def test_a_free_body_is_hit_with_less_than_the_limit():
     assert_all_hold(claims_of("collision", *VARIANTS["all-hand-free"].settings))
+
+
+@pytest.mark.parametrize("sample", [0, 1, 3])
+def test_random_collisions_keep_the_limit(sample):
+    """The first of those of docs/validation/collision.md."""
+    studies = ROOT / "docs" / "validation" / "studies"
+    plan = SweepPlan.read(studies / "collision_plan.yaml")
+    layers, experiment = (read_yaml(studies / "collision.yaml"),), get_experiment("collision")
+    scenario = experiment.scenario(layers, plan.draw(sample).overrides())
+    setup = experiment.build(scenario)
+    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration)
+    values = collision.sweep_values(setup.recorder.collect(outcome.context), scenario)
+    assert outcome.failure is None
+    assert values["success"]
+    assert 5.0 < values["peak"] < 0.25 * LIMIT
 
 
 def test_each_measure_has_its_part():
