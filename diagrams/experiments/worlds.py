@@ -33,9 +33,8 @@ from geoimp_drake.simulation.run import simulate
 from geoimp_drake.simulation.style import figure_contents, figure_files, figure_style
 from geoimp_drake.systems.frame_motion import POSITION
 
-__all__ = ["SUMMARY", "Cell", "World", "WorldsResult", "run_world", "run_worlds", "worlds"]
+__all__ = ["Cell", "World", "WorldsResult", "run_world", "run_worlds", "worlds"]
 
-SUMMARY = "every experiment in worlds that are not its controller's model: which claims stand"
 _JOURNAL = "journal.jsonl"
 _FILES = (_JOURNAL, "worlds.csv", "worlds.json", *figure_files("worlds"))
 _FIELDS = {"claims": list, "deviation": list, "failure": str | None}
