@@ -4,6 +4,7 @@ from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.law_signals import ImpedanceSignals
 from geoimp_drake.parts.part import Now, Output
 from geoimp_drake.typing import Array
 
@@ -27,7 +28,7 @@ class DirectImpedance:
         self.springs = springs
         self.inputs, self.memory = springs.inputs, springs.memory
         self.displacement, self.energy = springs.displacement, springs.energy
-        self.check_start = springs.check_start
+        self.check_start, self.new_signals = springs.check_start, springs.new_signals
         _, *others = springs.outputs
         signals = tuple(name for name in self.inputs if name != "slack")
         motion = Output("compliant_motion", FRAME_MOTION_SIZE, self._write, signals)
@@ -43,15 +44,13 @@ class DirectImpedance:
         self.springs.remember(memory, now, motion, slack)
 
     def follow(
-        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
+        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, signals: ImpedanceSignals
     ) -> tuple[Array, ...]:
         """Does what `Impedance.follow` does, for E as measured."""
-        self._write_of(now, wrench, loop.motion(memory, now), motion)
+        state = loop.motion(memory, now)[:FRAME_STATE_SIZE]
+        self.springs.evaluate(now, now["desired_motion"], wrench, state, signals)
         return ()
 
     def _write(self, now: Now, motion: Array) -> None:
-        self._write_of(now, now["wrench"], now["measured_motion"], motion)
-
-    def _write_of(self, now: Now, wrench: Array, measured: Array, motion: Array) -> None:
-        state = measured[:FRAME_STATE_SIZE]
-        self.springs.write_motion(now, now["desired_motion"], wrench, state, motion)
+        state = now["measured_motion"][:FRAME_STATE_SIZE]
+        self.springs.write_motion(now, now["desired_motion"], now["wrench"], state, motion)

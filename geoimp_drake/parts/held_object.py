@@ -28,6 +28,7 @@ from geoimp_drake.parts.grasp_watch import GraspWatch
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.object_load import LoadArguments
 from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
 from geoimp_drake.parts.reference_hold import Hold
@@ -54,11 +55,13 @@ class FoundObject:
         pose: of the grasp (7).
         memory: of the whole part, with what has passed through.
         hand_wrenches: of both hands (6).
-        torques: of an arm's number: a time, its torques then (n), its
-            `null_space_decay_bound` and its `Limited`.
+        arms: of an arm's number: what its laws take and find.
+        torques: of an arm's number: the time of its torques, its `null_space_decay_bound` and its
+            `Limited`.
     """
 
     __slots__ = (
+        "arms",
         "hand_wrenches",
         "memory",
         "motions",
@@ -69,13 +72,14 @@ class FoundObject:
         "wrenches",
     )
 
-    def __init__(self) -> None:
+    def __init__(self, arms: dict[int, ArmSignals] | None = None):
+        self.arms = arms or {}
         self.motions = np.zeros((6, FRAME_MOTION_SIZE))
         self.wrenches = np.zeros((3, 6))
         self.rates = np.empty(2 * FRAME_STATE_SIZE)
         self.state = self.pose = self.memory = NOTHING
         self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
-        self.torques: dict[int, tuple[float, Array, float, Array]] = {}
+        self.torques: dict[int, tuple[float, float, Array]] = {}
 
 
 class HeldObject:

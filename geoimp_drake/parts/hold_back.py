@@ -30,10 +30,6 @@ class HoldBack:
         self._parts = np.repeat(np.array(parts, dtype=float), 3)
         self.memory = Memory(slack=NO_SLACK, holds=0.0, tank=_TANK, time=-_LONGEST_STEP)
 
-    def acts(self, memory: Array, slack: Array) -> bool:
-        """Whether there is something to be kept."""
-        return bool(memory[self.memory.holds] or (slack is not NO_SLACK and slack.any()))
-
     def keep(
         self, memory: Array, slack: Array, velocity: Array, M: Array, gained: float, time: float
     ) -> None:

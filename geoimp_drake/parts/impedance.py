@@ -25,6 +25,7 @@ from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.impedance_gains import GAIN_PORTS, ImpedanceGains
 from geoimp_drake.parts.inner_loop import InnerLoop
+from geoimp_drake.parts.law_signals import ImpedanceSignals
 from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
@@ -60,7 +61,6 @@ class Impedance:
         gains: `changing_gains.at`.
         energies: of whatever gains.
         needs_wrench: whether the law has the wrench in it.
-        write_rate: the law `compliant_motion.frame_state_rate`.
     """
 
     needs_wrench = True
@@ -90,7 +90,7 @@ class Impedance:
         self._masses = Masses(rotation.M_o, self._M_p, self._in_desired)
         self.energies = Energies(self._M_p, rotation)
         self._law = compiled(compliant_motion(rotation.law))
-        self.write_rate = compiled(frame_state_rate)
+        self._write_rate = compiled(frame_state_rate)
         self.changing_gains = ImpedanceGains(
             np.array([np.linalg.inv(self._M_p), self._D_p, self._K_p]),
             np.array([rotation.M_inv, rotation.D_o, rotation.K_o]),
@@ -149,8 +149,15 @@ class Impedance:
             state = self.at_rest(now["measured_motion"], now.port("measured_motion"))
         self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
 
+    def new_signals(
+        self, desired: Array | None = None, wrench: Array | None = None
+    ) -> ImpedanceSignals:
+        """Returns what `follow` writes to: new arrays, or those that are given."""
+        law = compliant_motion(self.rotation.law)
+        return ImpedanceSignals(law, self.changing_gains.configured, desired, wrench)
+
     def follow(
-        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, motion: Array
+        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, signals: ImpedanceSignals
     ) -> tuple[Array, ...]:
         """Writes the motion of C (19,) in a whole controller, whose state is that of C.
 
@@ -161,13 +168,23 @@ class Impedance:
             wrench: at the end effector (6,).
             loop: from which C starts.
             memory: of the loop, with a reading.
-            motion: where to write (19,).
+            signals: where to write.
         """
         state = now.state
         if not is_set(state):
             state = self.at_rest(loop.motion(memory, now), now.port("estimated_state"))
-        self.write_motion(now, now["desired_motion"], wrench, state, motion)
+        self.evaluate(now, now["desired_motion"], wrench, state, signals)
         return ()
+
+    def evaluate(
+        self, now: Now, desired: Array, wrench: Array, state: Array, signals: ImpedanceSignals
+    ) -> None:
+        """Does what `write_motion` does, in arrays that stay."""
+        signals.take(desired, wrench, state, self.gains(now))
+        if self.has_domain:
+            self.check(now, desired, wrench, state)
+        if not signals.law():
+            self.check(now, desired, wrench, state)
 
     def write_motion(
         self, now: Now, desired: Array, wrench: Array, state: Array, motion: Array
@@ -218,7 +235,7 @@ class Impedance:
             slack: acceleration of E that the limits leave undone (6,).
         """
         state[:] = motion[:FRAME_STATE_SIZE]
-        if self._back.acts(memory[self.memory.held], slack):
+        if memory[self._holds] or (slack is not NO_SLACK and slack.any()):
             self._hold(memory, now, motion, slack)
             slack = memory[self._slack]
         self.remember(memory, now, motion, slack)
@@ -242,7 +259,7 @@ class Impedance:
         """Writes the derivative of C's state; a part without impedance follows D."""
         motion = np.zeros(FRAME_MOTION_SIZE)
         self.find(now, motion)
-        self.write_rate(motion, rate)
+        self._write_rate(motion, rate)
         self.hold_back(now.memory, rate)
 
     def hold_back(self, memory: Array, rate: Array) -> None:

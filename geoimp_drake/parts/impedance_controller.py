@@ -1,5 +1,6 @@
 """The whole impedance controller of one arm as one part."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import slack_of
+from geoimp_drake.parts.law_signals import ArmSignals, ImpedanceSignals
 from geoimp_drake.parts.natural_impedance import NaturalImpedance
 from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.passivity import Passivity
@@ -25,17 +27,17 @@ _NO_WRENCH, _UNKNOWN = np.zeros(6), np.full(6, np.nan)
 
 
 class _Found:
-    """The motion of C (19), what its energy needs, memory and wrench behind both, and the torques.
+    """The motion of C, what its energy needs, memory and wrench behind both, and the torques.
 
     The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
     """
 
-    __slots__ = ("memory", "motion", "reports", "terms", "time", "u", "wrench")
+    __slots__ = ("arm", "impedance", "memory", "motion", "reports", "terms", "time", "wrench")
 
-    def __init__(self) -> None:
-        self.motion = np.zeros(FRAME_MOTION_SIZE)
+    def __init__(self, impedance: ImpedanceSignals, arm: ArmSignals):
+        self.impedance, self.arm, self.motion = impedance, arm, impedance.motion
         self.terms: tuple[Array, ...] = ()
-        self.memory = self.wrench = self.u = NOTHING
+        self.memory = self.wrench = NOTHING
         self.time, self.reports = np.nan, (NOTHING, 0.0, 0.0, NOTHING)
 
 
@@ -81,7 +83,7 @@ class ImpedanceController:
         self.inputs |= {} if sensor is None else sensor.plant_inputs
         if isinstance(impedance, Flows):
             self.state, self.rate = impedance.state, self._rate
-            self._write_rate, self._hold_back = impedance.write_rate, impedance.hold_back
+            self._hold_back = impedance.hold_back
         self.memory = Memory(
             arm=loop.memory,
             impedance=impedance.memory,
@@ -122,10 +124,10 @@ class ImpedanceController:
                 output.within(self._of_sensor, self.inputs) for output in sensor.outputs
             ]
 
-    def new_workspace(self) -> tuple[Any, Any]:
-        """Returns those of the loop and of the sensor."""
+    def new_workspace(self) -> tuple[Any, Any, Any]:
+        """Returns those of the loop and of the sensor, and what the rate is found with."""
         sensor = None if self._sensor is None else self._sensor.new_workspace()
-        return self._loop.new_workspace(), sensor
+        return self._loop.new_workspace(), sensor, self.new_found()
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading."""
@@ -140,7 +142,18 @@ class ImpedanceController:
 
     def new_found(self) -> _Found:
         """Returns what the motion of C is written to."""
-        return _Found()
+        impedance = self._impedance.new_signals()
+        return _Found(impedance, self._loop.new_signals(impedance.motion))
+
+    def stay(self, memory: Array, inputs: Mapping[str, Array]) -> tuple[Any, _Found]:
+        """Does what `new_workspace` and `new_found` do, for memory and inputs that stay."""
+        arm, wrench = memory[self.memory.arm], inputs.get("wrench", _NO_WRENCH)
+        felt = wrench.copy() if self._impedance.needs_wrench is False else wrench
+        found = []
+        for _ in range(2):
+            impedance = self._impedance.new_signals(inputs["desired_motion"], wrench)
+            found.append(_Found(impedance, self._loop.new_signals(impedance.motion, arm, felt)))
+        return (self._loop.stay(arm, inputs), None, found[0]), found[1]
 
     def find(self, now: Now, found: _Found) -> None:
         """Writes the motion of C."""
@@ -149,7 +162,7 @@ class ImpedanceController:
         found.wrench = self._wrench(now, memory)
         arm = memory[self.memory.arm]
         view = self._view(now, memory)
-        found.terms = self._impedance.follow(view, found.wrench, self._loop, arm, found.motion)
+        found.terms = self._impedance.follow(view, found.wrench, self._loop, arm, found.impedance)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
@@ -159,7 +172,7 @@ class ImpedanceController:
         self._impedance.keep(place, state, view, found.motion, slack_of(limited))
         place = memory[self.memory.passivity]
         self._passivity.keep(place, now, found.motion, lambda: self._measured(now, found))
-        self._loop.compare_with_limits(memory[self.memory.arm], found.u, bound, limited, now)
+        self._loop.compare_with_limits(memory[self.memory.arm], found.arm, bound, limited, now)
 
     def _measured(self, now: Now, found: _Found) -> tuple[Array, Array]:
         """Returns the wrench and the motion of E as measured last."""
@@ -167,6 +180,8 @@ class ImpedanceController:
 
     def _view(self, now: Now, memory: Array) -> Now:
         """Returns what the impedance sees."""
+        if self._passivity.gains is None:
+            return now
         return self._passivity.view(memory[self.memory.passivity], now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:
@@ -180,9 +195,10 @@ class ImpedanceController:
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
-        found = _Found()
+        found: _Found = now.workspace[2]
         self.find(now, found)
-        self._write_rate(found.motion, rate)
+        found.impedance.write_rate()
+        rate[:] = found.impedance.rate
         self._hold_back(found.memory[self.memory.impedance], rate)
 
     def _read(self, memory: Array, now: Now) -> None:
@@ -206,7 +222,7 @@ class ImpedanceController:
         return Within(now, {}, given, memory[self.memory.sensor], place=1)
 
     def _write_torque(self, now: Now, u: Array) -> None:
-        u[:] = self._resolved(now).u
+        u[:] = self._resolved(now).arm.u
 
     def _write_measured(self, now: Now, motion: Array) -> None:
         self._loop.write_motion(self._remembered(now)[self.memory.arm], now, motion)
@@ -234,11 +250,13 @@ class ImpedanceController:
         """Returns what has been found, with torques of this time."""
         found: _Found = now.found
         if found.time != now.time:
-            arm, u = found.memory[self.memory.arm], np.empty(self._loop.model.num_joints)
             # What the impedance leaves out is not compensated in (2.3) either.
             h = found.wrench if self._impedance.needs_wrench else _NO_WRENCH
-            found.reports = self._loop.write_torque(now, arm, found.motion, h, u)
-            found.time, found.u = now.time, u
+            if h is not found.arm.wrench:
+                found.arm.wrench[:] = h
+            memory = found.memory[self.memory.arm]
+            found.reports = self._loop.write_torque(now, memory, found.arm)
+            found.time = now.time
         return found
 
 

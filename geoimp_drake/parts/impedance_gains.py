@@ -63,7 +63,7 @@ class ImpedanceGains:
             SignalError: a factor is not positive and finite, or a matrix not finite, symmetric and
                 positive semidefinite, or it couples what cannot be coupled.
         """
-        if now is None or not any(map(now.has, GAIN_PORTS)):
+        if now is None or not now.has_any(GAIN_PORTS):
             return self.configured
         translation, rotation, coupling, parts = (gain.copy() for gain in self.configured)
         if now.has("stiffness"):

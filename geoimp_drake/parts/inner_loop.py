@@ -1,6 +1,7 @@
 """The inner loop of one arm: from its reading, a reference motion and the wrench to the torques."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
 from geoimp_drake.parts.joint_limits import UNLIMITED, JointLimits
 from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.part import Memory, Now, nested
@@ -32,6 +34,17 @@ from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
 __all__ = ["InnerLoop"]
+
+
+class ArmWorkspace(Scratch):
+    """A context of the arm's plant, and where a reading of its joints is taken."""
+
+    def __init__(self, loop: "InnerLoop", *arrays: Array):
+        super().__init__(loop.model)
+        self._loop, self.reading = loop, loop.readings.new_workspace(*arrays)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "ArmWorkspace":
+        return ArmWorkspace(self._loop)
 
 
 class InnerLoop:
@@ -85,23 +98,49 @@ class InnerLoop:
             limits=limits.memory,
         )
         self.limited = nested(self.memory.limits, limits.memory.limited)
+        self._acts = self.memory.limits.start + limits.memory.acts
         self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
         self.limits = limits
         self._dynamics = ChainDynamics(model)
         chain = *self._dynamics.arguments, model.state_order
-        constants = *chain, model.actuation_order, *motion.gains, *limits.arguments
-        self._law: Callable[..., int] = (
-            bound(redundant_arm_torque(n, law), *constants, null_space.arguments)
-            if self.is_redundant
-            else bound(arm_torque(law), *constants)
-        )
+        self._constants = *chain, model.actuation_order, *motion.gains, *limits.arguments
+        self._law: Callable[..., int] = arm_torque(law)
+        if self.is_redundant:
+            self._law = redundant_arm_torque(n, law)
+            self._constants += (null_space.arguments,)
         self._none = np.zeros(n)
+        self._reading = nested(self.memory.readings, readings.memory.reading)
         self._measured, self._actuation = bound(measured_motion, *chain), compiled(actuation)
 
-    def new_workspace(self) -> Scratch:
-        """Returns a context of the model's plant."""
-        return Scratch(self.model)
+    def new_workspace(self) -> ArmWorkspace:
+        """Returns a context of the model's plant, and where a reading is taken."""
+        return ArmWorkspace(self)
+
+    def new_signals(
+        self,
+        reference: Array | None = None,
+        memory: Array | None = None,
+        wrench: Array | None = None,
+    ) -> ArmSignals:
+        """Returns what `write_torque` takes and writes.
+
+        Args:
+            reference: array of the motion to be tracked (19,), a new one by default.
+            memory: of this part, if it stays.
+            wrench: array of the wrench (6,), a new one by default.
+        """
+        n, efforts = self.model.num_joints, self._saturation.limits
+        own = (
+            (None, wrench, None)
+            if memory is None
+            else (memory[self._reading], wrench, memory[self.memory.peak])
+        )
+        return ArmSignals(self._law, self._constants, n, efforts, reference, *own)
+
+    def stay(self, memory: Array, inputs: Mapping[str, Array]) -> ArmWorkspace:
+        """Does what `new_workspace` does, for memory and inputs that stay."""
+        return ArmWorkspace(self, inputs[self._port], memory[self.memory.readings])
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading, whose posture is the one from which targets may start."""
@@ -114,13 +153,14 @@ class InnerLoop:
 
     def _rehearse(self, memory: Array, now: Now) -> None:
         """Calls what a limit that binds calls, so that no tick waits for a compiler."""
-        n = self.model.num_joints
-        signals = memory[self.memory.readings], self.motion(memory, now), np.zeros(6), np.empty(n)
-        self._constrain(signals, (*np.zeros((2, n)), np.zeros(n + 1)))
+        signals = self.new_signals(self.motion(memory, now))
+        signals.take(memory, self._reading)
+        self._constrain(signals)
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
-        self.readings.sample(memory[self.memory.readings], now, self._port)
+        signals = now.workspace[self._place].reading
+        self.readings.take(memory[self.memory.readings], now, self._port, signals)
 
     def has_reading(self, memory: Array) -> bool:
         """Whether there has been a reading."""
@@ -163,7 +203,7 @@ class InnerLoop:
         return self._arm(memory[self.memory.readings])
 
     def write_torque(
-        self, now: Now, memory: Array, reference: Array, wrench: Array, u: Array
+        self, now: Now, memory: Array, signals: ArmSignals
     ) -> tuple[Array, float, float, Array]:
         """Writes the torques; returns e_n, w, `null_space_decay_bound` and `Limited`.
 
@@ -172,9 +212,7 @@ class InnerLoop:
         Args:
             now: has the time and the ports' names.
             memory: of this part, with a reading.
-            reference: motion of the frame to be tracked (19).
-            wrench: h by the end effector on the environment (6).
-            u: where to write, in the order of the model instance's actuators (n).
+            signals: `reference` and `wrench` have been written; `u` is found.
 
         Raises:
             SignalError: a signal is NaN or infinite, or the reference's quaternion is not unit.
@@ -182,20 +220,21 @@ class InnerLoop:
                 the domain of the orientation law.
         """
         if self._motion.has_domain:
-            self._check_domain(now, memory, reference)
-        signals = memory[self.memory.readings], reference, wrench, u
+            self._check_domain(now, memory, signals.reference)
+        signals.take(memory, self._reading)
         if not self.is_redundant:
             return self._none, 0.0, 0.0, self._resolve(now, signals)
-        error = np.empty(len(u) + 1)
-        x = signals[0][self.model.state_order]
+        x = signals.reading[self.model.state_order]
         task = self._null_space.evaluate_task(
             memory[self.memory.posture],
             Within(now, {}, {}, place=self._place),
             x,
             lambda: self._dynamics.evaluate(None, x),
         )
-        terms = task.gradient, task.gradient_rate, error
-        limited = self._resolve(now, signals, *terms)
+        gradient, gradient_rate, error = signals.terms
+        gradient[:] = task.gradient
+        gradient_rate[:] = task.gradient_rate
+        limited = self._resolve(now, signals)
         return error[:-1], task.value, float(error[-1]), limited
 
     def smallest_singular_value(self, memory: Array, now: Now) -> float:
@@ -211,7 +250,7 @@ class InnerLoop:
         return float(smallest_singular_value(self.arm_state(memory, now).Jv_V_WE))
 
     def compare_with_limits(
-        self, memory: Array, torque: Array, bound: float, limited: Array, now: Now
+        self, memory: Array, signals: ArmSignals, bound: float, limited: Array, now: Now
     ) -> None:
         """Remembers what limits do and the largest torques; warns of what is new.
 
@@ -219,22 +258,24 @@ class InnerLoop:
 
         Args:
             memory: of this part, moved on.
-            torque: requested, in the order of the actuators (n) [Nm, N].
+            signals: with the torques that are requested.
             bound: what `write_torque` has returned for K_n [1/s].
             limited: `Limited` (10,).
             now: has the time and the system's name.
         """
-        system = now.system + self._label
-        self.limits.keep(memory[self.memory.limits], limited, system, now.time)
-        saturated = self._saturation.compare(memory[self.memory.peak], torque)
-        if saturated:
-            self._saturation.report(saturated, torque, system, now.time)
+        if limited is not UNLIMITED or memory[self._acts]:
+            place = memory[self.memory.limits]
+            self.limits.keep(place, limited, now.system + self._label, now.time)
+        passed = signals.compare(memory, self.memory.peak)
+        if passed:
+            saturated = self._saturation.which(passed)
+            self._saturation.report(saturated, signals.u, now.system + self._label, now.time)
         if self._null_space.watch is not None:
             self._null_space.check_gain(
                 memory[self.memory.posture],
                 bound,
                 lambda: self._arm(memory[self.memory.readings]),
-                system,
+                now.system + self._label,
                 now.time,
             )
 
@@ -252,26 +293,26 @@ class InnerLoop:
         port = now.port(self._names["reference_motion"])
         self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
 
-    def _resolve(self, now: Now, signals: tuple[Array, ...], *terms: Array) -> Array:
+    def _resolve(self, now: Now, signals: ArmSignals) -> Array:
         """Writes the torques; returns `Limited`."""
         try:
-            outcome = self._law(*signals, *terms)
+            outcome = signals.law()
         except np.linalg.LinAlgError:
-            check_regular(self._jacobian(signals[0]))
+            check_regular(self._jacobian(signals.reading))
             raise
         if outcome == UNUSABLE:
-            self._check(now, *signals[:3])
-        return self._constrain(signals, terms) if outcome == BOUND else UNLIMITED
+            self._check(now, signals)
+        return self._constrain(signals) if outcome == BOUND else UNLIMITED
 
-    def _constrain(self, signals: tuple[Array, ...], terms: tuple) -> Array:
+    def _constrain(self, signals: ArmSignals) -> Array:
         """Writes torques within the limits; returns `Limited`."""
-        readings, reference, h, u = signals
-        arm = self._arm(readings)
+        reference, h, u, terms = signals.reference, signals.wrench, signals.u, signals.terms
+        arm = self._arm(signals.reading)
         a = self._motion.acceleration(reference, arm)
         alpha_0 = self._none
         if self.is_redundant:
             J_pinv, alpha_n, terms[2][:-1], terms[2][-1] = self._dynamics.null_space(
-                None, arm, terms[:2], self._null_space.arguments
+                None, arm, (terms[0], terms[1]), self._null_space.arguments
             )
             alpha_0 = redundant_acceleration(J_pinv, a, arm.Jdot_v, alpha_n)
         alpha, limited = self.limits.constrained(arm, h, a, alpha_0)
@@ -279,10 +320,10 @@ class InnerLoop:
         self._actuation(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u)
         return limited
 
-    def _check(self, now: Now, readings: Array, reference: Array, wrench: Array) -> None:
+    def _check(self, now: Now, signals: ArmSignals) -> None:
         """Raises SignalError, with the port's name, if the law cannot use a signal."""
-        check_signal(readings[self.readings.memory.reading], now.port(self._port))
-        check_frame_motion(reference, now.port(self._names["reference_motion"]))
-        check_signal(wrench, now.port(self._names["wrench"]))
-        check_regular(self._jacobian(readings))
+        check_signal(signals.reading, now.port(self._port))
+        check_frame_motion(signals.reference, now.port(self._names["reference_motion"]))
+        check_signal(signals.wrench, now.port(self._names["wrench"]))
+        check_regular(self._jacobian(signals.reading))
         raise SignalError(f"{now.system}{self._label}: the joint accelerations are not finite.")

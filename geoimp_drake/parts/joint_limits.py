@@ -108,7 +108,7 @@ class JointLimits:
     ):
         n = model.num_joints
         self.is_on, self.num_joints = config is not None, n
-        self.memory = Memory(limited=np.zeros(len(_FIELDS)), warned=np.zeros(len(_KINDS)))
+        self.memory = Memory(limited=np.zeros(len(_FIELDS)), warned=np.zeros(len(_KINDS)), acts=0.0)
         damping = damping or SingularityDamping()
         self._masses = masses or Masses()
         self._law = compiled(constrained_acceleration)
@@ -153,6 +153,7 @@ class JointLimits:
             time: [s].
         """
         memory[self.memory.limited] = limited
+        memory[self.memory.acts] = limited is not UNLIMITED
         if limited is UNLIMITED:
             return
         warned = memory[self.memory.warned]

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.motion_control.joint_reading import next_reading
+from geoimp_drake.parts.law_signals import ReadingSignals
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
@@ -34,12 +33,17 @@ class Readings:
         given = np.zeros(num_positions) if turns is None else turns
         turning = finite_vector(given, "turns", num_positions)
         self._sampling = velocity == "differenced", turning
-        self._law = compiled(next_reading)
         self.inputs = {"state": n}
         # The count is that of readings: none, the first, more.
         self.memory = Memory(reading=np.zeros(n), count=0.0)
         self.samplings = ((period, self.sample),)
         self.outputs = (Output("estimated_state", n, self._write, ("memory", "state")),)
+
+    def new_workspace(
+        self, state: Array | None = None, memory: Array | None = None
+    ) -> ReadingSignals:
+        """Returns where a reading is taken: in the arrays of input and memory, if they stay."""
+        return ReadingSignals(len(self._sampling[1]), *self._sampling, state, memory)
 
     def start(self, memory: Array, now: Now, port: str = "state") -> None:
         """Takes the first reading; `port` is the name of the input."""
@@ -48,11 +52,21 @@ class Readings:
         memory[self.memory.reading] = state
         memory[self.memory.count] = 1.0
 
-    def sample(self, memory: Array, now: Now, port: str = "state") -> None:
-        """Takes another reading; `port` is the name of the input."""
-        state = now[port]
-        period = self.period if now.elapsed is None else now.elapsed
-        if not self._law(state, memory, period, *self._sampling, memory):
+    def sample(self, memory: Array, now: Now) -> None:
+        """Takes another reading."""
+        self.take(memory, now, "state", now.workspace)
+
+    def take(self, memory: Array, now: Now, port: str, signals: ReadingSignals) -> None:
+        """Takes another reading.
+
+        Args:
+            memory: of this part, moved on.
+            now: the inputs.
+            port: the name of the input.
+            signals: of `new_workspace`.
+        """
+        state, elapsed = now[port], now.elapsed
+        if not signals.take(state, memory, self.period if elapsed is None else elapsed):
             check_signal(state, now.port(port))
 
     def held(self, memory: Array, now: Now, port: str = "state") -> Array:

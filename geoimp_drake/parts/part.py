@@ -8,7 +8,7 @@ The protocols below name what a part may have; only `Part` is required. In a cla
 no memory, `memory` is an empty `Memory`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -29,6 +29,7 @@ __all__ = [
     "Samples",
     "Settles",
     "Starts",
+    "Stays",
     "Works",
     "held",
     "nested",
@@ -107,6 +108,9 @@ class Now(Protocol):
 
     def has(self, name: str) -> bool:
         """Whether there is such an input, and it is connected."""
+
+    def has_any(self, names: Collection[str]) -> bool:
+        """Whether one of several inputs is connected."""
 
     def port(self, name: str) -> str:
         """The full name of an input, for errors."""
@@ -253,6 +257,14 @@ class Flows(Protocol):
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the state's derivative."""
+
+
+@runtime_checkable
+class Stays(Protocol):
+    """A part whose laws read and write memory and inputs in place, where these stay."""
+
+    def stay(self, memory: Array, inputs: Mapping[str, Array]) -> tuple[Any, Any]:
+        """Returns a workspace, and where to write what is found."""
 
 
 @runtime_checkable

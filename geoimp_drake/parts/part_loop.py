@@ -1,11 +1,11 @@
 """A part called by hand, tick by tick, in the place of a simulator: its state is one array."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
-from geoimp_drake.compilation.compiled import compiled
+from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.explicit_euler import explicit_euler, steps_of
 from geoimp_drake.parts.part import (
@@ -18,6 +18,7 @@ from geoimp_drake.parts.part import (
     Samples,
     Settles,
     Starts,
+    Stays,
     Works,
 )
 from geoimp_drake.typing import Array
@@ -58,7 +59,8 @@ class PartLoop:
         self._values = {name: inputs[getattr(self._inputs, name)] for name in part.inputs}
         clock = self.state[places.time : places.time + 1]
         self._now = _Tick(part, name, self._values, self._memory, self._flow, clock)
-        self._rate, self._integrate = np.zeros(len(flow)), compiled(explicit_euler)
+        self._rate = np.zeros(len(flow))
+        self._integrate = bound(explicit_euler, self._flow, self._rate)
         self._is_flowing, self._begins = isinstance(part, Flows), isinstance(part, Begins)
         samplings = part.samplings if isinstance(part, Samples) else []
         self._takes = [take for _, take in samplings]
@@ -152,7 +154,7 @@ class PartLoop:
 
     def _flow_on(self, elapsed: float) -> None:
         """Integrates the state over the time since the last tick."""
-        steps = steps_of(elapsed, self._longest)
+        steps = 1 if elapsed <= self._longest else steps_of(elapsed, self._longest)
         if steps > _MOST_STEPS:
             raise SignalError(
                 f"{self._now.system}: the time since the last tick is {elapsed:g} s; after more "
@@ -161,7 +163,7 @@ class PartLoop:
         for _ in range(steps):
             self._now.moved()
             self._part.rate(self._now, self._rate)
-            self._integrate(self._flow, self._rate, elapsed / steps)
+            self._integrate(elapsed / steps)
 
     def _begin(self) -> None:
         if self._begins:
@@ -196,6 +198,8 @@ class _Tick:
         self.given: set[str] = set()
         self.workspace = part.new_workspace() if isinstance(part, Works) else None
         self._found = part.new_found() if isinstance(part, Finds) else None
+        if isinstance(part, Stays):
+            self.workspace, self._found = part.stay(memory, values)
         self._is_found = False
         self._writes = {output.name: output.write for output in part.outputs}
         self._outputs = {output.name: np.zeros(output.size) for output in part.outputs}
@@ -219,6 +223,9 @@ class _Tick:
 
     def has(self, name: str) -> bool:
         return name in self.given
+
+    def has_any(self, names: Collection[str]) -> bool:
+        return not self.given.isdisjoint(names)
 
     def port(self, name: str) -> str:
         return f"{self.system}:{name}"

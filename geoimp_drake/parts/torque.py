@@ -24,11 +24,14 @@ class Saturation:
     Args:
         model: the arm's control model.
         consequence: what is done about a saturation, for the warning.
+
+    Attributes:
+        limits: of the torques, in the order of the actuators (n,) [Nm, N].
     """
 
     def __init__(self, model: ControlModel, consequence: str = "the plant clamps it"):
         self._model, self._consequence = model, consequence
-        self._limits = model.effort_limits[model.actuation_order]
+        self.limits = model.effort_limits[model.actuation_order]
         self._law = compiled(peak_effort)
         self.memory = Memory(peak=np.zeros(model.num_joints))
 
@@ -39,8 +42,11 @@ class Saturation:
             memory: (n,), moved on.
             torque: requested, in the order of the actuators (n,) [Nm, N].
         """
-        passed = self._law(torque, self._limits, memory)
-        return [k for k in range(len(torque)) if passed >> k & 1] if passed else _NONE
+        return self.which(self._law(torque, self.limits, memory))
+
+    def which(self, passed: int) -> list[int]:
+        """Returns the actuators in what `peak_effort` returns."""
+        return [k for k in range(len(self.limits)) if passed >> k & 1] if passed else _NONE
 
     def report(self, saturated: list[int], torque: Array, system: str, time: float) -> None:
         """Warns of new saturations.

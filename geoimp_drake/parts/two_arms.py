@@ -108,9 +108,10 @@ class TwoArms:
         ]
 
     def new_workspace(self) -> list[Any]:
-        """Returns those of both loops and of the sensors."""
+        """Returns those of both loops and of the sensors, and what the rate is found with."""
         parts = (*self._loops, self._sensors)
-        return [None if part is None else part.new_workspace() for part in parts]
+        places = [None if part is None else part.new_workspace() for part in parts]
+        return [*places, FoundObject()]
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first readings."""
@@ -126,7 +127,7 @@ class TwoArms:
 
     def new_found(self) -> FoundObject:
         """Returns what the object's law writes to."""
-        return FoundObject()
+        return FoundObject({k: self._loops[k - 1].new_signals() for k in _ARMS})
 
     def find(self, now: Now, found: FoundObject) -> None:
         """Evaluates the object's law."""
@@ -143,12 +144,13 @@ class TwoArms:
         hands = slack_of(resolved[0][-1]), slack_of(resolved[1][-1])
         slacks = self._object.slacks(now, now.found.memory[self.memory.measured_1], hands)
         self._object.keep(memory[self.memory.object], state, now, slacks)
-        for (loop, arm, _), of_arm in zip(self._each, resolved, strict=True):
-            loop.compare_with_limits(memory[arm], *of_arm, now)
+        signals = now.found.arms.values()
+        for (loop, arm, _), found, of_arm in zip(self._each, signals, resolved, strict=True):
+            loop.compare_with_limits(memory[arm], found, *of_arm, now)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of the object's state; a part without impedance follows D."""
-        found = FoundObject()
+        found: FoundObject = now.workspace[3]
         self.find(now, found)
         rate[:] = found.rates
         self._object.hold_back(found.memory[self.memory.object], rate)
@@ -191,19 +193,20 @@ class TwoArms:
         return Within(now, {}, given, memory[self.memory.sensors], place=2)
 
     def _write_torque(self, k: int, now: Now, u: Array) -> None:
-        u[:], *_ = self._resolved(k, now)
+        self._resolved(k, now)
+        u[:] = now.found.arms[k].u
 
-    def _resolved(self, k: int, now: Now) -> tuple[Array, float, Array]:
-        """Returns the torques of arm k at this time (n), the bound for K_n and its `Limited`."""
+    def _resolved(self, k: int, now: Now) -> tuple[float, Array]:
+        """Finds the torques of arm k at this time; returns the bound for K_n and `Limited`."""
         found: FoundObject = now.found
-        time, u, bound, limited = found.torques.get(k, (np.nan, NOTHING, 0.0, NOTHING))
+        time, bound, limited = found.torques.get(k, (np.nan, 0.0, NOTHING))
         if time != now.time:
-            reference, wrench = found.motions[HANDS.start + k - 1], found.hand_wrenches[k - 1]
-            loop, arm = self._loops[k - 1], found.memory[self._arms[k - 1]]
-            u = np.empty(loop.model.num_joints)
-            *_, bound, limited = loop.write_torque(now, arm, reference, wrench, u)
-            found.torques[k] = now.time, u, bound, limited
-        return u, bound, limited
+            signals, arm = found.arms[k], found.memory[self._arms[k - 1]]
+            signals.reference[:] = found.motions[HANDS.start + k - 1]
+            signals.wrench[:] = found.hand_wrenches[k - 1]
+            *_, bound, limited = self._loops[k - 1].write_torque(now, arm, signals)
+            found.torques[k] = now.time, bound, limited
+        return bound, limited
 
     def _write_measured(self, k: int, now: Now, motion: Array) -> None:
         motion[:] = self._remembered(now)[self._measured[k - 1]]

@@ -1,6 +1,6 @@
 """What a part within another one sees."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from geoimp_drake.parts.part import NOTHING, Now
@@ -69,6 +69,10 @@ class Within(dict[str, Any]):
     def has(self, name: str) -> bool:
         """Whether an input is connected."""
         return name in self or self._now.has(self._names.get(name, name))
+
+    def has_any(self, names: Collection[str]) -> bool:
+        """Whether one of several inputs is connected."""
+        return any(map(self.has, names))
 
     def port(self, name: str) -> str:
         """The full name of an input, for errors."""

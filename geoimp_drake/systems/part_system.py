@@ -1,6 +1,6 @@
 """A Drake LeafSystem of any part of a controller."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any, Self
 
@@ -277,6 +277,9 @@ class _At:
     def has(self, name: str) -> bool:
         port = self._system._inputs.get(name)
         return port is not None and bool(port.HasValue(self._context))
+
+    def has_any(self, names: Collection[str]) -> bool:
+        return any(map(self.has, names))
 
     def port(self, name: str) -> str:
         return f"{self.system}:{name}"

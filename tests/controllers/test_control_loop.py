@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from allocations import allocations_of_laws
 from recorded_controller import Signals, record
 
+from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.task_functions.task_function import NoTask
 from geoimp_drake.typing import Array
 
 TICKS = 2000
@@ -106,6 +109,20 @@ def test_memory_does_not_grow_from_tick_to_tick():
     # A tick's own small arrays come and go; no more than those are there at any time.
     assert after - before < 1000
     assert peak - before < 10_000
+
+
+@pytest.mark.skipif(not is_available(), reason="numba is not installed")
+@pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
+def test_laws_take_no_memory_in_a_tick(name):
+    """Not for arrays from Python either, whose places the laws know; task functions are apart."""
+    was = recorded(name)
+    loop = was.loop(task_function=NoTask())
+    was.reset(loop)
+    was.step(loop, 1)
+    before = allocations_of_laws()
+    for k in range(2, 1002):
+        was.step(loop, k)
+    assert allocations_of_laws() == before
 
 
 def test_joints_may_be_in_the_robots_own_order():

@@ -154,7 +154,7 @@ class LoopAlone:
     """An inner loop by itself, as a part."""
 
     def __init__(self, loop: InnerLoop):
-        self._loop, n = loop, loop.model.num_joints
+        self._loop, n, self._signals = loop, loop.model.num_joints, loop.new_signals()
         self.inputs = {"estimated_state": 2 * n, "reference_motion": 19, "wrench": 6}
         self.memory = loop.memory
         self.samplings = ((loop.readings.period, loop.sample),)
@@ -178,11 +178,15 @@ class LoopAlone:
     def begin(self, memory: np.ndarray, state: np.ndarray, now: Now) -> None:
         u = np.empty(self._loop.model.num_joints)
         *_, bound, limited = self._write_torque(now, u)
-        self._loop.compare_with_limits(memory, u, bound, limited, now)
+        self._loop.compare_with_limits(memory, self._signals, bound, limited, now)
 
     def _write_torque(self, now: Now, u: np.ndarray) -> tuple[np.ndarray, float, float, np.ndarray]:
         memory = self._loop.pass_through(now.memory, now)
-        return self._loop.write_torque(now, memory, now["reference_motion"], now["wrench"], u)
+        self._signals.reference[:] = now["reference_motion"]
+        self._signals.wrench[:] = now["wrench"]
+        found = self._loop.write_torque(now, memory, self._signals)
+        u[:] = self._signals.u
+        return found
 
     def _write_motion(self, now: Now, motion: np.ndarray) -> None:
         self._loop.write_motion(self._loop.pass_through(now.memory, now), now, motion)

@@ -67,6 +67,7 @@ def calls_per_step(monkeypatch, experiment: str, form: str) -> dict[str, float]:
     for owner, method, name in (
         (ChainDynamics, "evaluate", "arms"),
         (Impedance, "write_motion", "impedances"),
+        (Impedance, "evaluate", "impedances"),
         (InnerLoop, "write_torque", "torques"),
         (DesiredMotion, "_calc_motion", "steps"),
         (InputPort, "Eval", "ports"),

@@ -13,7 +13,7 @@ _TURN = 2.0 * np.pi
 
 @compilable
 def next_reading(
-    state: Array, held: Array, period: float, differenced: bool, turns: Array, after: Array
+    differenced: bool, turns: Array, state: Array, held: Array, after: Array, period: float
 ) -> bool:
     """Writes the reading that is held until the next sample; returns False if it is not finite.
 
@@ -25,13 +25,13 @@ def next_reading(
     Floats only.
 
     Args:
+        differenced: whether v is (q − q_before)/period.
+        turns: one for each joint that turns, zero for one that slides (n,).
         state: [q; v] (2n,).
         held: the reading before and, last, how many there were: none, the first, more (2n + 1,); it
             may be `after` itself.
-        period: between samples [s].
-        differenced: whether v is (q − q_before)/period.
-        turns: one for each joint that turns, zero for one that slides (n,).
         after: where to write (2n + 1,).
+        period: between samples [s].
     """
     if not is_finite(state):
         return False

@@ -12,7 +12,7 @@ joints beyond it are zero.
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized, sized_like, stored
+from geoimp_drake.compilation.small_arrays import local, sized, sized_like
 from geoimp_drake.rotations.so3 import cross
 from geoimp_drake.typing import Array
 
@@ -29,8 +29,7 @@ def jacobian_rate(J: Array, v: Array) -> Array:
         J: geometric Jacobian (6, n) of a frame of the arm, rows [angular; linear], in W.
         v: joint velocity q̇ (n,).
     """
-    columns, rates = stored(J), stored(v)
-    dJ = np.empty(columns.shape)
+    columns, rates, dJ = local(J), local(v), local(J)
     w, beyond = sized(_ZERO, 3), sized(_ZERO, 3)
     for j in range(len(rates)):
         beyond = beyond + rates[j] * sized(columns[3:, j], 3)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import stored
+from geoimp_drake.compilation.small_arrays import local
 from geoimp_drake.typing import Array
 
 __all__ = ["null_space_decay", "null_space_decay_bound", "null_space_force"]
@@ -45,4 +45,4 @@ def null_space_decay_bound(N: Array, B_inverse: Array, K: Array) -> float:
 
     No rate of decay is negative, so none is above their sum, which is the rate of seven joints.
     """
-    return np.trace(stored(null_space_decay(N, B_inverse, K)))
+    return np.trace(local(null_space_decay(N, B_inverse, K)))
