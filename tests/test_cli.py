@@ -349,3 +349,32 @@ def test_the_program_stays_the_process_that_was_started(command):
     assert said == f"{program.pid}\n"
     assert program.returncode == 2
     assert "nothing" in errors
+
+
+def test_analyze_writes_what_rings_and_a_run_warns_of_it(out, capfd):
+    settings = {"translation.mass": 1.5, "translation.damping": 5.0}
+    ringing = [f"--set=impedance.{name}={value}" for name, value in settings.items()]
+    late = ("--set=sensor.delay=0.012", "--out", str(out))
+    assert run("analyze", "plexiglas", *ringing, *late) == 0
+    printed = capfd.readouterr()
+    told = json.loads((out / "analysis.json").read_text())
+    assert told["rings"]
+    assert told["critical_damping"]["normal"][0] > 5.0
+    assert told["largest_surface_stiffness"]["normal"] < 1e4
+    assert (out / "ringing.png").stat().st_size > 1e4
+    assert "on its surface the hand rings" in printed.out
+    assert "plexiglas: on its surface the hand rings at" in printed.err  # as `geoimp run` says
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--set", "scheme=admittance"), "nothing to analyze"),
+        (("--surface-stiffness", "-3"), "surface_stiffness is -3 N/m"),
+        (("--delay", "-1"), "delay is -1 s"),
+    ],
+)
+def test_what_cannot_be_analyzed_is_one_line(out, capfd, options, message):
+    assert run("analyze", "plexiglas", *options, "--out", str(out)) == 2
+    assert message in capfd.readouterr().err
+    assert not out.exists()

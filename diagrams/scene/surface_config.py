@@ -60,6 +60,16 @@ class SurfaceConfig:
             non_negative(getattr(self, part), key(name, part))
         choice(self.appearance, key(name, "appearance"), APPEARANCES)
 
+    def normal_stiffness(self) -> float:
+        """Returns that of layer and mount in series [N/m]."""
+        return 1.0 / (1.0 / self.layer_stiffness + 1.0 / self.mount_stiffness)
+
+    def normal_damping(self) -> float:
+        """Returns that of layer and mount in series, for slow motions [Ns/m]."""
+        layer, mount = self.layer_stiffness, self.mount_stiffness
+        d_layer, d_mount = self.relaxation_time * layer, self.mount_damping
+        return self.normal_stiffness() ** 2 * (d_layer / layer**2 + d_mount / mount**2)
+
     def check_step(self, name: str, step: float) -> None:
         """Raises ConfigurationError if the mount diverges at a plant's time step h [s].
 

@@ -56,6 +56,13 @@ class SurfacePlacement:
         add_surface(plant, self.properties, self.pose())
         add_disk_contact(plant, body, X_BD, friction=friction, resolution_hint=disk_resolution)
 
+    def resistance(self) -> tuple[Array, Array]:
+        """Returns K_e and D_e (6×6) in W, [rotation; translation]: along the normal, no tilt."""
+        normal = np.concatenate((np.zeros(3), self.pose().rotation().matrix()[:, 2]))
+        along = np.outer(normal, normal)
+        surface = self.properties
+        return surface.normal_stiffness() * along, surface.normal_damping() * along
+
     def pose(self) -> RigidTransform:
         """Returns X_WS: z along the normal, origin at the point."""
         z = np.asarray(self.normal, dtype=float)

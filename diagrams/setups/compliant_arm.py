@@ -17,11 +17,14 @@ from pydrake.systems.framework import OutputPort, System
 
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.controllers.safety import add_safety_limits
+from geoimp_drake.controllers.sensor_checks import sampled_loop
 from geoimp_drake.controllers.wrist_sensor import connect_wrist_sensors, wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
 from geoimp_drake.diagrams.setups.arm_log import record_arm
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
+from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
 
 __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
@@ -36,6 +39,7 @@ class CompliantArm:
     desired_motion: OutputPort
     controller: System
     torques: OutputPort
+    loop: SampledLoop | None  # about the start, in free air; None if the scheme has no such loop
 
     def record(self, setup: SetupBuilder[Any]) -> None:
         """Logs what the log contract names, and in another world where E is for the controller."""
@@ -94,7 +98,23 @@ def add_compliant_arm(
         torques = controller.GetOutputPort("actuation")
     setup.true_plant.connect_torques(torques, instance)
     setup.true_plant.hang_payloads(sensor_joint)
-    return CompliantArm(arm, E, desired_motion, controller, torques)
+    return CompliantArm(
+        arm, E, desired_motion, controller, torques, _sampled_loop(sensor, settings)
+    )
+
+
+def _sampled_loop(sensor: WristSensor, settings: CompliantArmSettings) -> SampledLoop | None:
+    """Returns the loop that the wrench closes, if one does."""
+    if sensor.inertia is None or settings.scheme == "admittance" or settings.is_natural:
+        return None
+    return sampled_loop(
+        sensor.inertia,
+        settings.impedance,
+        settings.motion,
+        settings.sampling,
+        sensor.config,
+        is_direct=settings.scheme == "direct",
+    )
 
 
 def _with_safety(

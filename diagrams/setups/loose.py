@@ -98,7 +98,7 @@ def build_loose(
     _record_program(setup.recorder, motion_plan)
     wrench = hand.controller.GetOutputPort("wrench")
     setup.add_views(hand.name, "DCE", wrench, hand.controller, frames.H)
-    return setup.build()
+    return setup.build(loop=hand.loop)
 
 
 def _record_peg(setup: SetupBuilder[_Frames], arm: str, servo: IndustrialController) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.simulation.run import Event
 
@@ -24,6 +25,8 @@ class Setup:
         recorder: knows what is logged.
         add_models: fills a plant like this one.
         events: what happens to the diagram from outside on the way.
+        loop: of the hand that is compliant, at the start, its environment the surface; None if
+            the scheme has no such loop.
     """
 
     scenario: Any
@@ -32,6 +35,7 @@ class Setup:
     recorder: Recorder
     add_models: Callable[[MultibodyPlant], object]
     events: list[Event] = field(default_factory=list, kw_only=True)
+    loop: SampledLoop | None = field(default=None, kw_only=True)
 
     def add_plant(self, builder: DiagramBuilder) -> MultibodyPlant:
         """Adds the plant of this set-up alone to another builder, and returns it."""

@@ -1,6 +1,8 @@
 """What every set-up begins and ends with: cell, desired motion, external wrench, log and views."""
 
+import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Generic, TypeVar
 
 from pydrake.geometry import Meshcat
@@ -9,12 +11,14 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
+from geoimp_drake.analysis.report import ringing_warning
 from geoimp_drake.controllers.gravity_check import check_gravity
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.true_plant import TruePlant
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.robot_files.collision_filters import filter_neighbours
 from geoimp_drake.robot_files.preflight import warn_before_run
 from geoimp_drake.simulation.live import add_live_controls
@@ -27,6 +31,8 @@ from geoimp_drake.typing import Array
 from geoimp_drake.validation import check
 
 __all__ = ["SetupBuilder"]
+
+_log = logging.getLogger("drake")
 
 Models = TypeVar("Models")
 
@@ -145,8 +151,26 @@ class SetupBuilder(Generic[Models]):
         if self._meshcat is not None:
             frame_models(self._meshcat, self.plant, self._scene_graph, E)
 
-    def build(self, events: Sequence[Event] = ()) -> Setup:
-        """Returns the set-up; `events` happen to its diagram from outside on the way."""
+    def build(
+        self,
+        events: Sequence[Event] = (),
+        loop: SampledLoop | None = None,
+        surface: SurfacePlacement | None = None,
+        hands: int = 1,
+    ) -> Setup:
+        """Returns the set-up; warns if the loop rings on its surface.
+
+        Args:
+            events: happen to its diagram from outside on the way.
+            loop: of what is compliant, in free air.
+            surface: that it touches.
+            hands: that press on it together.
+        """
+        if loop is not None and surface is not None:
+            K_e, D_e = (value / hands for value in surface.resistance())
+            loop = replace(loop, environment=K_e, environment_damping=D_e)
+            if warning := ringing_warning(loop):
+                _log.warning(f"{self._scenario.experiment}: {warning}")
         if self.is_another_world:
             self.true_plant.record(self.recorder)
             events = [Event(0.0, self.true_plant.apply), *events]
@@ -159,4 +183,5 @@ class SetupBuilder(Generic[Models]):
             self.recorder,
             self._add_models,
             events=list(events),
+            loop=loop,
         )

@@ -69,7 +69,7 @@ def build_single_arm(
     setup.add_views(hand.name, "DCE", hand.controller.GetOutputPort("wrench"), hand.controller, E)
     if scenario.robot is not None:
         setup.frame_models(E)
-    return setup.build()
+    return setup.build(loop=hand.loop, surface=scenario.surface)
 
 
 def _record_contact(setup: SetupBuilder[Any]) -> None:

@@ -22,6 +22,7 @@ from pydrake.systems.framework import Context, OutputPort, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_controller import make_cooperative_controller
+from geoimp_drake.controllers.sensor_checks import sampled_loop
 from geoimp_drake.controllers.wrist_sensor import (
     connect_wrist_sensors,
     tool_load_beyond,
@@ -39,6 +40,7 @@ from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.tight_scenario import ARMS, OBJECT, TightScenario
 from geoimp_drake.diagrams.setups.true_plant import add_friction
+from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.parts.object_load import ObjectLoad
 from geoimp_drake.parts.wrist_sensor_config import WristSensor
 from geoimp_drake.rotations import euler
@@ -110,7 +112,22 @@ def build_tight(
     setup.record_surface(scenario.surface, np.array([0.0, 0.0, -scenario.bar.stick]))
     wrench = controller.GetOutputPort("object_wrench")
     setup.add_views(OBJECT, "DCO", wrench, controller, models.bar.body_frame())
-    return setup.build(_release(plant, models, scenario))
+    loop = _sampled_loop(sensors[0], scenario)
+    return setup.build(_release(plant, models, scenario), loop, scenario.surface, len(ARMS))
+
+
+def _sampled_loop(sensor: WristSensor, scenario: TightScenario) -> SampledLoop | None:
+    """Returns the loop of a hand that has half of what the object has, as its environment."""
+    if sensor.inertia is None:
+        return None
+    return sampled_loop(
+        sensor.inertia,
+        scenario.impedance,
+        scenario.motion,
+        scenario.sampling,
+        sensor.config,
+        hands=len(ARMS),
+    )
 
 
 def _add_models(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.cli import commands, robot_commands
+from geoimp_drake.cli import analysis_commands, commands, robot_commands
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -58,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_run_options(run)
     run.set_defaults(command=commands.run)
     _add_robot_commands(subparsers)
+    _add_analyze(subparsers)
     compare = subparsers.add_parser("compare", help="run several orientation families alike")
     compare.add_argument("experiment", metavar="EXPERIMENT")
     compare.add_argument(
@@ -100,6 +101,33 @@ def make_parser() -> argparse.ArgumentParser:
     )
     bench.set_defaults(command=commands.bench)
     return parser
+
+
+def _add_analyze(subparsers: Any) -> None:
+    analyze = subparsers.add_parser(
+        "analyze",
+        help="tell before a run on which surfaces the gains ring",
+        description="Prints modes, the stiffness from which on a wall rings along each direction, "
+        "and the dampings that do not ring; writes analysis.json and maps over mass, damping and "
+        "wall. Nothing is simulated.",
+    )
+    analyze.add_argument(
+        "experiment",
+        metavar="EXPERIMENT",
+        nargs="?",
+        help="a name that `geoimp list` shows; by default the one that the scenario file names",
+    )
+    analyze.add_argument(
+        "--surface-stiffness",
+        type=float,
+        metavar="K",
+        help="of the wall [N/m] (the scenario's surface)",
+    )
+    analyze.add_argument(
+        "--delay", type=float, default=0.0, metavar="S", help="more of it in the wrench [s]"
+    )
+    _add_scenario_options(analyze)
+    analyze.set_defaults(command=analysis_commands.analyze)
 
 
 def _add_robot_commands(subparsers: Any) -> None:

@@ -12,6 +12,7 @@ from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.laws.impedance.translational_impedance import turned
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
+from geoimp_drake.laws.sensing.sensor_reading import filter_gain
 from geoimp_drake.parts.wrist_sensor_config import WristSensor, WristSensorConfig
 from geoimp_drake.typing import Array
 
@@ -159,6 +160,8 @@ def sampled_loop(
         is_direct,
         read_every=read_every,
         sense_every=sense_every,
+        sense_late=sensor.late_samples,
+        filter_gain=filter_gain(sensor.filter_cutoff, sensor.period),
     )
 
 

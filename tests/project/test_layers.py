@@ -19,6 +19,7 @@ RUNNING = ASSEMBLY | {
     "scenario",
     "simulation",
     "campaigns",
+    "analysis",
 }
 
 # What each folder, or loose module, may import of the others, and of itself.
@@ -37,6 +38,7 @@ ALLOWED = {
     "parts": PARTS,
     "systems": SYSTEMS,
     "controllers": ASSEMBLY,
+    "analysis": ASSEMBLY | {"analysis", "simulation"},
     # Set-points alone: what follows them is a system.
     "motion_program": FOUNDATIONS | {"rotations", "arm", "motion_program"},
     "robot_files": ASSEMBLY | {"robots", "robot_files"},

@@ -1,9 +1,10 @@
 """Hand, impedance and inner loop as they are sampled, in contact or free; floats only, at build.
 
 For small motions x of E and c of C about a posture, at rest in contact with an environment of
-stiffness K_e, a step T of the discrete plant is
+stiffness K_e and damping D_e, a step T of the discrete plant is
 
-    v(k+1) = v(k) + T (u − Λ⁻¹ f(k+1)),   f = K_e x,   u = a_C + K_D (ċ − v̂) + K_P (c − x̂) + Λ⁻¹ h,
+    v(k+1) = v(k) + T (u − Λ⁻¹ f(k+1)),   f = K_e x + D_e v,
+    u = a_C + K_D (ċ − v̂) + K_P (c − x̂) + Λ⁻¹ h,
 
 with a_C = −M⁻¹ (D ċ + K c + h) (3.1), what was read of x (x̂, v̂) and of f (h), and Λ, the arm's
 inertia at E, tool included. Drake's plants evaluate f at the end of the step, which hides ringing
@@ -30,6 +31,9 @@ from geoimp_drake.typing import Array
 
 __all__ = ["SampledLoop"]
 
+# Of the exponential's series, whose argument is at most a half.
+_TERMS = 16
+
 
 @dataclass(frozen=True)
 class SampledLoop:
@@ -46,10 +50,12 @@ class SampledLoop:
     load: str = "none"  # of the tool, removed by the motion of: plant, reference; or none
     is_direct: bool = False  # whether C is E as read, without an inner loop
     environment: Array = field(default_factory=lambda: np.zeros((6, 6)))  # K_e
+    environment_damping: Array = field(default_factory=lambda: np.zeros((6, 6)))  # D_e
     acts_within: bool = False  # whether its force changes within a step
     read_every: int = 1  # steps between two readings of the joints
     sense_every: int = 1  # steps between two of the sensor
-    sense_late: int = 0  # steps by which the wrench is late
+    sense_late: int = 0  # samples by which the sensor's reading is late
+    filter_gain: float = 1.0  # of its low-pass
 
     def growth(self) -> float:
         """Returns by what the largest motion grows in a step: more than one is unstable."""
@@ -66,9 +72,10 @@ class SampledLoop:
 
     def matrix(self) -> tuple[Array, int]:
         """Returns the map of the state over a whole number of readings, and its steps."""
-        # Of E: x, v, and as they were read; of C: c, w; h as it was read, and what is on its way.
-        count = 7 + self.sense_late
-        x, v, x_read, v_read, c, w, h, *late = np.split(np.eye(6 * count), count)
+        # Of E: x, v, and as they were read; of C: c, w; h; the sensor's reading, and those on their
+        # way.
+        count = 8 + self.sense_late
+        x, v, x_read, v_read, c, w, h, reading, *late = np.split(np.eye(6 * count), count)
         steps = int(np.lcm(self.read_every, self.sense_every))
         x_next, v_next = self.hand_step()
         compliant = np.diag(np.any(self.mass_inverse, axis=1).astype(float))
@@ -81,43 +88,40 @@ class SampledLoop:
             a = (v_next @ moved - v) / self.step
             x, v = x_next @ moved, v_next @ moved
             if k % self.sense_every == 0:
-                late.append(self._reading(x, a, a_C))
-                h = late.pop(0)
+                late.append(self.environment @ x + self.environment_damping @ v + self.tool @ a)
+                reading = reading + self.filter_gain * (late.pop(0) - reading)
+                h = reading - self.tool @ {"plant": a, "reference": a_C, "none": 0.0 * a}[self.load]
             if k % self.read_every == 0:
                 x_read, v_read = x, (x - x_read) / (self.step * self.read_every)
             if not self.is_direct:
                 c, w = c + self.step * w, w + self.step * self._acceleration(c, w, h)
-        return np.vstack((x, v, x_read, v_read, c, w, h, *late)), steps
+        return np.vstack((x, v, x_read, v_read, c, w, h, reading, *late)), steps
 
     def _acceleration(self, c: Array, w: Array, h: Array) -> Array:
         """Returns that of C (3.1)."""
         return -self.mass_inverse @ (self.damping @ w + self.stiffness @ c + h)
 
-    def _reading(self, x: Array, a: Array, a_C: Array) -> Array:
-        """Returns the wrench after a step that began with C's acceleration a_C."""
-        felt = {"plant": 0.0 * a, "reference": a - a_C, "none": a}[self.load]
-        return self.environment @ x + self.tool @ felt
-
     def hand_step(self) -> tuple[Array, Array]:
         """Returns the rows of x and v after a step, of x, v and u (6×18 each)."""
         T, none, identity = self.step, np.zeros((6, 6)), np.eye(6)
-        pushed = self.mobility @ self.environment
+        pushed, dragged = self.mobility @ self.environment, self.mobility @ self.environment_damping
         if not self.acts_within:
             v = np.linalg.solve(
-                identity + T * T * pushed, np.hstack((-T * pushed, identity, T * identity))
+                identity + T * dragged + T * T * pushed,
+                np.hstack((-T * pushed, identity, T * identity)),
             )
             return np.hstack((identity, none, none)) + T * v, v
-        # With ω² and V of Λ⁻¹ K_e, which is similar to a symmetric matrix, as of so many pendulums.
-        squares, V = np.linalg.eig(pushed)
-        omega = np.sqrt(squares.real.clip(0.0))
-        swing = np.sinc(omega * T / np.pi), np.sinc(omega * T / (2.0 * np.pi))
-        cosine, sine, lift, fall = (
-            ((V * values) @ np.linalg.inv(V)).real
-            for values in (
-                np.cos(omega * T),
-                T * swing[0],
-                0.5 * (T * swing[1]) ** 2,
-                -(omega**2) * T * swing[0],
-            )
-        )
-        return np.hstack((cosine, sine, lift)), np.hstack((fall, cosine, sine))
+        rate = np.block([[none, identity, none], [-pushed, -dragged, identity], [none] * 3])
+        whole = _exponential(T * rate)
+        return whole[:6], whole[6:12]
+
+
+def _exponential(A: Array) -> Array:
+    """Returns exp(A): the series of a fraction of A, squared as often as A was halved."""
+    halvings = max(0, int(np.ceil(np.log2(np.abs(A).sum(axis=1).max()))) + 1)
+    part = A / 2.0**halvings
+    term = whole = np.eye(len(A))
+    for k in range(1, _TERMS):
+        term = term @ part / k
+        whole = whole + term
+    return np.linalg.matrix_power(whole, 2**halvings)

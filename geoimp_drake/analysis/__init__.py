@@ -1,0 +1,1 @@
+"""What a controller will do, told before a run."""
