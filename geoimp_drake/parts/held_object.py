@@ -1,7 +1,5 @@
 """The object's part of tight cooperation: from hands and wrenches to the hands' references."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compiled
@@ -23,63 +21,30 @@ from geoimp_drake.laws.frame_motion import (
     POSE_SIZE,
     QUATERNION,
 )
+from geoimp_drake.parts.found_object import (
+    FoundObject,
+    write_pose,
+    written_motion,
+    written_wrench,
+)
 from geoimp_drake.parts.grasp import GraspPose
 from geoimp_drake.parts.grasp_watch import GraspWatch
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
-from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.object_load import LoadArguments
-from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
+from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.reference_hold import Hold
 from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
 from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
-__all__ = ["FoundObject", "HeldObject"]
+__all__ = ["HeldObject"]
 
 _NO_WRENCH = np.zeros(6)
 
 _Slacks = tuple[Array, Array]
 _NO_SLACKS: _Slacks = NO_SLACK, NO_SLACK
-
-
-class FoundObject:
-    """The results of one evaluation of the law, and the memory and inputs that it used.
-
-    Attributes:
-        motions: (6, 19), see laws/compositions/object_control.py.
-        wrenches: (3, 6), see there.
-        rates: of the state (26).
-        state: that of the motions (26).
-        pose: of the grasp (7).
-        memory: of the whole part, with what has passed through.
-        hand_wrenches: of both hands (6).
-        arms: of an arm's number: what its laws take and find.
-        torques: of an arm's number: the time of its torques, its `null_space_decay_bound` and its
-            `Limited`.
-    """
-
-    __slots__ = (
-        "arms",
-        "hand_wrenches",
-        "memory",
-        "motions",
-        "pose",
-        "rates",
-        "state",
-        "torques",
-        "wrenches",
-    )
-
-    def __init__(self, arms: dict[int, ArmSignals] | None = None):
-        self.arms = arms or {}
-        self.motions = np.zeros((6, FRAME_MOTION_SIZE))
-        self.wrenches = np.zeros((3, 6))
-        self.rates = np.empty(2 * FRAME_STATE_SIZE)
-        self.state = self.pose = self.memory = NOTHING
-        self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
-        self.torques: dict[int, tuple[float, float, Array]] = {}
 
 
 class HeldObject:
@@ -151,32 +116,22 @@ class HeldObject:
         found = ("found",)
         signals = *found, *self.inputs
         outputs = [
-            Output("compliant_motion", FRAME_MOTION_SIZE, _motion(COMPLIANT), found),
+            Output("compliant_motion", FRAME_MOTION_SIZE, written_motion(COMPLIANT), found),
             Output("displacement", 6, self._write_displacement, signals),
             Output("energy", len(ImpedanceEnergy.get_fields()), self._write_energy, signals),
-            Output("object_motion", FRAME_MOTION_SIZE, _motion(OBJECT), found),
-            Output("object_wrench", 6, _wrench(0), found),
-            Output("internal_wrench", 6, _wrench(1), found),
-            Output("mutual_motion", FRAME_MOTION_SIZE, _motion(MEASURED_MUTUAL), found),
-            Output("mutual_reference", FRAME_MOTION_SIZE, _write_pose, found),
+            Output("object_motion", FRAME_MOTION_SIZE, written_motion(OBJECT), found),
+            Output("object_wrench", 6, written_wrench(0), found),
+            Output("internal_wrench", 6, written_wrench(1), found),
+            Output("mutual_motion", FRAME_MOTION_SIZE, written_motion(MEASURED_MUTUAL), found),
+            Output("mutual_reference", FRAME_MOTION_SIZE, write_pose, found),
             *(
-                Output(f"reference_motion_{k + 1}", FRAME_MOTION_SIZE, _motion(row), found)
+                Output(f"reference_motion_{k + 1}", FRAME_MOTION_SIZE, written_motion(row), found)
                 for k, row in enumerate(range(HANDS.start, HANDS.stop))
             ),
         ]
         if self._watch is not None:
-            hold = self._watch[1]
-            opened = nested(place, self._opened)
-            resting = nested(place, self.memory.hold)
-
-            def write_release(now: Now, value: Array) -> None:
-                memory = now.memory
-                value[:] = hold.release(memory[resting], now.time, memory[opened])
-
-            outputs += [
-                held("opened", opened),
-                Output("release", 2, write_release, ("memory", "time")),
-            ]
+            opened, resting = nested(place, self._opened), nested(place, self.memory.hold)
+            outputs += [held("opened", opened), self._watch[1].release_of(resting, opened)]
         return outputs
 
     def find(
@@ -340,22 +295,3 @@ class HeldObject:
     def _write_energy(self, now: Now, value: Array) -> None:
         found = now.found
         value[:] = self._impedance.energy(now, found.motions[COMPLIANT], found.wrenches[0])
-
-
-def _motion(row: int) -> Callable[[Now, Array], None]:
-    def write(now: Now, value: Array) -> None:
-        value[:] = now.found.motions[row]
-
-    return write
-
-
-def _wrench(row: int) -> Callable[[Now, Array], None]:
-    def write(now: Now, value: Array) -> None:
-        value[:] = now.found.wrenches[row]
-
-    return write
-
-
-def _write_pose(now: Now, value: Array) -> None:
-    value[:] = 0.0
-    value[:POSE_SIZE] = now.found.pose

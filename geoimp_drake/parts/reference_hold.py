@@ -122,6 +122,20 @@ class Hold:
         due = self.is_held(memory) and elapsed >= self._config.delay
         return (1.0 - opened[:2]) * float(due and self._config.after == "release")
 
+    def release_of(self, resting: slice, opened: slice) -> Output:
+        """Returns the output `release` of a part that contains this one.
+
+        Args:
+            resting: place of this part's memory in that of the whole.
+            opened: place of what is open.
+        """
+
+        def write(now: Now, value: Array) -> None:
+            memory = now.memory
+            value[:] = self.release(memory[resting], now.time, memory[opened])
+
+        return Output("release", 2, write, ("memory", "time"))
+
     def _write(self, k: int, now: Now, motion: Array) -> None:
         memory = now.memory
         if self.is_held(memory):

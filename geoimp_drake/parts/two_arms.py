@@ -8,7 +8,8 @@ import numpy as np
 
 from geoimp_drake.laws.compositions.object_control import HANDS
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
-from geoimp_drake.parts.held_object import FoundObject, HeldObject
+from geoimp_drake.parts.found_object import FoundObject
+from geoimp_drake.parts.held_object import HeldObject
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import slack_of
 from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested

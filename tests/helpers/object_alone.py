@@ -8,7 +8,8 @@ from typing import Any
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from geoimp_drake.controllers.object_loop import ObjectParts, add_object_loop
-from geoimp_drake.parts.held_object import FoundObject, HeldObject
+from geoimp_drake.parts.found_object import FoundObject
+from geoimp_drake.parts.held_object import HeldObject
 from geoimp_drake.parts.part import Now
 from geoimp_drake.typing import Array
 
