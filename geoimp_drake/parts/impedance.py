@@ -1,11 +1,8 @@
 """The six-DOF impedance: the motion of the compliant frame C from D and the wrench."""
 
-import logging
-
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compiled
-from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws.frame_motion import (
     ACCELERATION,
     FRAME_MOTION_SIZE,
@@ -14,24 +11,23 @@ from geoimp_drake.laws.frame_motion import (
     QUATERNION,
     VELOCITY,
 )
-from geoimp_drake.laws.impedance import coupled_stiffness
 from geoimp_drake.laws.impedance.compliant_motion import (
     compliant_motion,
     frame_state_rate,
-    has_diverged,
 )
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
+from geoimp_drake.parts.impedance_checks import ImpedanceChecks, at_rest, checked_coupling
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.impedance_gains import GAIN_PORTS, ImpedanceGains
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.law_signals import ImpedanceSignals
 from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
-from geoimp_drake.parts.signals import AT_REST, check_frame_motion, check_wrench, is_set
+from geoimp_drake.parts.signals import AT_REST, is_set
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
-from geoimp_drake.validation import choice, finite_array, spd_matrix
+from geoimp_drake.validation import choice, spd_matrix
 
 __all__ = ["AXES", "TRANSLATION_AXES", "Impedance"]
 
@@ -39,17 +35,6 @@ AXES = ("both", "translation", "rotation", "none")
 
 # In which M_p, D_p and K_p are given.
 TRANSLATION_AXES = ("world", "desired")
-
-_log = logging.getLogger("drake")
-
-# From here on a family warns that its representation is about to fail.
-_ILL_CONDITIONED = 10.0
-
-# What to do if the motion diverges.
-_REMEDY = (
-    "The integration step must stay well below M/D; shorten the simulator's max_step_size, or "
-    "lower the damping or raise the mass of the impedance."
-)
 
 
 class Impedance:
@@ -60,6 +45,8 @@ class Impedance:
         changing_gains: as configured, or as signals say.
         gains: `changing_gains.at`.
         energies: of whatever gains.
+        check: raises an error if the law cannot use a signal, see `ImpedanceChecks`.
+        has_domain: see there.
         needs_wrench: whether the law has the wrench in it.
     """
 
@@ -78,12 +65,11 @@ class Impedance:
     ):
         choice(axes, "impedance axes", AXES)
         choice(translation_axes, "translation axes", TRANSLATION_AXES)
-        self._remedy = remedy or _REMEDY
         self._M_p = spd_matrix(M_p, "M_p")
         self._D_p = spd_matrix(D_p, "D_p")
         self._K_p = spd_matrix(K_p, "K_p")
         self.rotation = rotation
-        self._K_c = None if K_c is None else self._checked_coupling(K_c, axes)
+        self._K_c = None if K_c is None else checked_coupling(K_c, self._K_p, rotation, axes)
         self._rotates = axes in ("both", "rotation")
         self._translates = axes in ("both", "translation")
         self._in_desired = translation_axes == "desired"
@@ -99,8 +85,8 @@ class Impedance:
             has_couplings=rotation.name == "quaternion",
         )
         self.gains = self.changing_gains.at
-        self.has_domain = self._rotates and rotation.has_domain
-        self._has_conditioning = self._rotates and rotation.has_conditioning
+        self._checks = ImpedanceChecks(rotation, self._rotates, remedy)
+        self.check, self.has_domain = self._checks.check, self._checks.has_domain
         self.inputs = {
             "desired_motion": FRAME_MOTION_SIZE,
             "wrench": 6,
@@ -128,16 +114,6 @@ class Impedance:
             ),
         )
 
-    def _checked_coupling(self, K_c: Array, axes: str) -> Array:
-        if self.rotation.name != "quaternion" or axes != "both":
-            raise ConfigurationError(
-                f"A coupling K_c is defined for the orientation family 'quaternion' on both parts; "
-                f"here the family is '{self.rotation.name}' and the axes are '{axes}'."
-            )
-        coupling = finite_array(K_c, "K_c", (3, 3))
-        coupled_stiffness.check_positive_definite(self._K_p, self.rotation.K_o, coupling)
-        return coupling
-
     def check_start(self, now: Now) -> None:
         """Evaluates the law, so that initialization already refuses what it cannot use."""
         now.output("compliant_motion")
@@ -146,7 +122,7 @@ class Impedance:
         """Writes the motion of C (19,), accelerations included."""
         state = now.state
         if not is_set(state):
-            state = self.at_rest(now["measured_motion"], now.port("measured_motion"))
+            state = at_rest(now["measured_motion"], now.port("measured_motion"))
         self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
 
     def new_signals(
@@ -172,7 +148,7 @@ class Impedance:
         """
         state = now.state
         if not is_set(state):
-            state = self.at_rest(loop.motion(memory, now), now.port("estimated_state"))
+            state = at_rest(loop.motion(memory, now), now.port("estimated_state"))
         self.evaluate(now, now["desired_motion"], wrench, state, signals)
         return ()
 
@@ -252,8 +228,9 @@ class Impedance:
         memory[self.memory.last] = motion
         if slack is not NO_SLACK:
             memory[self._last_acceleration] += slack
-        if self._has_conditioning and not memory[self.memory.reported]:
-            self._watch_conditioning(memory, now, motion[QUATERNION])
+        if self._checks.has_conditioning and not memory[self.memory.reported]:
+            D = now["desired_motion"]
+            memory[self.memory.reported] = self._checks.is_ill_conditioned(now, D, motion)
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
@@ -280,48 +257,6 @@ class Impedance:
         attitudes = (quaternion.to_rotation(X[QUATERNION]) for X in (C, now["desired_motion"]))
         mass = self._masses.in_world(*attitudes)
         self._back.keep(held, slack, C[VELOCITY], mass, gained, now.time)
-
-    def _watch_conditioning(self, memory: Array, now: Now, Q_WC: Array) -> None:
-        conditioning = self.rotation.conditioning(now["desired_motion"][QUATERNION], Q_WC)
-        if conditioning > _ILL_CONDITIONED:
-            memory[self.memory.reported] = 1.0
-            _log.warning(
-                f"{now.system}: at t = {now.time:.3f} s the orientation family "
-                f"'{self.rotation.name}' comes near its singularity, cond(T) = "
-                f"{conditioning:.1f}; its moments lose meaning there. The quaternion has none."
-            )
-
-    def at_rest(self, measured: Array, port: str) -> Array:
-        """Returns the state of C (13,) at rest on a measured motion (19,) from a port."""
-        check_frame_motion(measured, port)
-        state: Array = measured[:FRAME_STATE_SIZE].copy()
-        state[VELOCITY] = 0.0
-        return state
-
-    def check(self, now: Now, desired: Array, wrench: Array, state: Array) -> None:
-        """Raises an error, with the port's name, if the law cannot use a signal.
-
-        Args:
-            now: has the ports' names.
-            desired: motion of D (19,).
-            wrench: at the end effector (6,).
-            state: of C (13,).
-
-        Raises:
-            SignalError: a signal is not finite, a quaternion not unit, or C has diverged.
-            SingularityError: the attitude leaves the domain of the family.
-        """
-        check_frame_motion(desired, now.port("desired_motion"))
-        check_wrench(wrench, now.port("wrench"))
-        if has_diverged(state):
-            raise SignalError(
-                f"{now.system}: the motion of C has diverged, an entry of its state is "
-                f"{state[np.argmax(np.abs(state))]:.3g} while the wrench has "
-                f"{wrench[np.argmax(np.abs(wrench))]:.3g}. {self._remedy}"
-            )
-        if self.has_domain:
-            C = quaternion.normalized(state[QUATERNION])
-            self.rotation.check_domain(desired[QUATERNION], C)
 
     def displacement(self, D: Array, C: Array) -> Array:
         """Returns the family's orientation displacement and Δp_dc (6,) of two motions (19,)."""

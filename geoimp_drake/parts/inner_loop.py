@@ -1,12 +1,11 @@
 """The inner loop of one arm: from its reading, a reference motion and the wrench to the torques."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
-from geoimp_drake.arm.dynamics import ChainDynamics, Scratch
+from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.arm.state import ArmState
 from geoimp_drake.compilation.compiled import bound, compiled
 from geoimp_drake.errors import SignalError
@@ -22,6 +21,7 @@ from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
+from geoimp_drake.parts.arm_workspace import ArmWorkspace
 from geoimp_drake.parts.joint_limits import UNLIMITED, JointLimits
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.law_signals import ArmSignals
@@ -34,17 +34,6 @@ from geoimp_drake.parts.within import Within
 from geoimp_drake.typing import Array
 
 __all__ = ["InnerLoop"]
-
-
-class ArmWorkspace(Scratch):
-    """A context of the arm's plant, and where a reading of its joints is taken."""
-
-    def __init__(self, loop: "InnerLoop", *arrays: Array):
-        super().__init__(loop.model)
-        self._loop, self.reading = loop, loop.readings.new_workspace(*arrays)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "ArmWorkspace":
-        return ArmWorkspace(self._loop)
 
 
 class InnerLoop:
@@ -115,7 +104,7 @@ class InnerLoop:
 
     def new_workspace(self) -> ArmWorkspace:
         """Returns a context of the model's plant, and where a reading is taken."""
-        return ArmWorkspace(self)
+        return ArmWorkspace(self.model, self.readings)
 
     def new_signals(
         self,
@@ -131,16 +120,16 @@ class InnerLoop:
             wrench: array of the wrench (6,), a new one by default.
         """
         n, efforts = self.model.num_joints, self._saturation.limits
-        own = (
-            (None, wrench, None)
-            if memory is None
-            else (memory[self._reading], wrench, memory[self.memory.peak])
-        )
-        return ArmSignals(self._law, self._constants, n, efforts, reference, *own)
+        reading = None if memory is None else memory[self._reading]
+        peak = None if memory is None else memory[self.memory.peak]
+        own = reference, reading, wrench, peak
+        return ArmSignals(self._law, self._constants, n, efforts, *own)
 
     def stay(self, memory: Array, inputs: Mapping[str, Array]) -> ArmWorkspace:
         """Does what `new_workspace` does, for memory and inputs that stay."""
-        return ArmWorkspace(self, inputs[self._port], memory[self.memory.readings])
+        return ArmWorkspace(
+            self.model, self.readings, inputs[self._port], memory[self.memory.readings]
+        )
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading, whose posture is the one from which targets may start."""
