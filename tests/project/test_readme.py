@@ -83,7 +83,8 @@ def test_runs_of_the_readme_write_the_files_it_lists(arguments, tmp_path, monkey
     Path("my.yaml").write_text("start: {tilt_deg: 7.0}\n", encoding="utf-8")
     assert cli.main(shortened(arguments)) == 0
     text = README.read_text(encoding="utf-8")
-    listed = set(re.findall(r"^\| `([\w.]+\.\w+)` \|", text, re.MULTILINE))
+    rows = re.findall(r"^\| (`\w+\.\w+`(?:, `\w+\.\w+`)*) \|", text, re.MULTILINE)
+    listed = {name.strip("`") for row in rows for name in row.split(", ")}
     expected = listed if "--html" in arguments else listed - {"replay.html"}
     files = (tmp_path / "results" / arguments[1]).iterdir()
     # The README's N stands for the figure's number in the chapter.
