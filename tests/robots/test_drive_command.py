@@ -1,22 +1,27 @@
 """`geoimp drive`: a scenario on the robot that it names, with the files of a run."""
 
+import base64
 import json
+import re
 import sys
 
+import msgpack
 import numpy as np
 import pytest
 from driven_arm import LIGHT
 
 from geoimp_drake.cli import driving, main
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.frame_motion import POSITION
+from geoimp_drake.laws.frame_motion import POSITION, QUATERNION
 
 SCENARIO = f"""
 experiment: custom
 arm: mine
 robot: {{file: {LIGHT}, end_effector: l7}}
 start: {{position: null}}
-segments: [{{duration: 0.4, displacement: [0.0, 0.0, -0.02]}}, {{duration: 0.1}}]
+segments:
+  - {{duration: 0.4, displacement: [0.0, 0.0, -0.02], rotation: [0.0, 0.1, 0.0]}}
+  - {{duration: 0.1}}
 impedance:
   translation: {{mass: 20.0, damping: 400.0, stiffness: 500.0}}
   rotation: {{mass: 4.0, damping: 40.0, stiffness: 50.0}}
@@ -30,19 +35,40 @@ def scenario(tmp_path, monkeypatch):
     return tmp_path / "mine.yaml"
 
 
+def replayed(page, path):
+    """Returns the instants of a replay's frames and the poses [w, x, y, z, p] of a path."""
+    blocks = re.findall(r"base64,([A-Za-z0-9+/=]+)", page)
+    data = [base64.b64decode(block) for block in blocks]
+    messages = [msgpack.unpackb(block) for block in data if b"set_animation" in block]
+    (clip,) = [a["clip"] for m in messages for a in m["animations"] if a["path"] == path]
+    tracks = {track["name"]: track["keys"] for track in clip["tracks"]}
+    values = {name: np.array([key["value"] for key in keys]) for name, keys in tracks.items()}
+    frames = np.array([key["time"] for key in tracks[".position"]])
+    w_last = values[".quaternion"]
+    return frames / clip["fps"], np.hstack([np.roll(w_last, 1, axis=1), values[".position"]])
+
+
 def test_a_drive_leaves_the_files_of_a_run_and_its_last_ticks(scenario, capsys):
     assert main(["drive", "mine.yaml", "--html"]) == 0
     assert "ticks of 1 ms" in capsys.readouterr().out
     out = scenario.parent / "results" / "mine"
     with np.load(out / "log.npz") as log, np.load(out / "ticks.npz") as ticks:
-        moved = log["mine/motion_E"][-1, POSITION] - log["mine/motion_E"][0, POSITION]
-        np.testing.assert_allclose(moved, [0.0, 0.0, -0.02], rtol=0, atol=2e-4)
-        assert len(ticks["t"]) > 10 * len(log["t"]) / 2
+        t, motions = log["t"], {frame: log[f"mine/motion_{frame}"] for frame in "DCE"}
+        assert len(ticks["t"]) > 10 * len(t) / 2
+    moved = np.ptp(motions["E"], axis=0)
+    np.testing.assert_allclose(moved[POSITION], [0.0, 0.0, 0.02], rtol=0, atol=2e-4)
+    assert np.linalg.norm(moved[QUATERNION]) > 0.04
     assert json.loads((out / "metrics.json").read_text("utf-8"))["failure"] is None
     assert {file.suffix for file in out.iterdir()} >= {".npz", ".yaml", ".json", ".html", ".png"}
     replay = (out / "replay.html").read_text("utf-8")
-    assert "<script" in replay
-    assert len(replay) > 1_000_000  # with the poses that the arm has gone through
+    for frame, motion in motions.items():
+        instants, poses = replayed(replay, f"/drake/frames/{frame}")
+        # What is shown of several rows within a frame is the last one.
+        rows = np.searchsorted(t, instants + 1.0 / 32.0 - 1e-9) - 1
+        assert len(instants) == np.ceil(32.0 * t[-1])
+        np.testing.assert_allclose(poses[:, 4:7], motion[rows, POSITION], rtol=0, atol=1e-9)
+        same_rotation = np.abs(np.sum(poses[:, :4] * motion[rows, QUATERNION], axis=1))
+        np.testing.assert_allclose(same_rotation, 1.0, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("inertia", ["desired", "natural"])
