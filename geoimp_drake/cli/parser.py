@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.cli import analysis_commands, commands, robot_commands
+from geoimp_drake.cli import analysis_commands, commands, identifying, robot_commands
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -82,6 +82,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_reproduce_options(reproduce)
     reproduce.set_defaults(command=commands.reproduce)
+    identifying.add_identify(subparsers)
     bench = subparsers.add_parser("bench", help="time the closed loop against the bare plant")
     bench.add_argument("--json", type=Path, metavar="FILE", help="write the timings to FILE")
     bench.add_argument(

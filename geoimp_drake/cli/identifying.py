@@ -1,0 +1,123 @@
+"""What `geoimp identify` does."""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geoimp_drake.cli.commands import SUCCESS, named_in
+from geoimp_drake.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from geoimp_drake.analysis.identification import Estimate, Reading
+
+__all__ = ["add_identify", "identify"]
+
+_UNITS = {
+    "translation": {"mass": "kg", "damping": "Ns/m", "stiffness": "N/m"},
+    "rotation": {"mass": "kg m²", "damping": "Nms/rad", "stiffness": "Nm/rad"},
+}
+
+
+def add_identify(subparsers: Any) -> None:
+    """Adds the command to the parser."""
+    parser = subparsers.add_parser(
+        "identify",
+        help="tell which M, D and K the log of a run shows, beside those asked for",
+        description="Least squares on the logged motion and wrench, on C (what the controller "
+        "computed) and on E (what the arm did). What the motion does not excite is named, without "
+        "a number.",
+    )
+    parser.add_argument("log", type=Path, metavar="LOG", help="folder of a run, or its log.npz")
+    parser.add_argument("--frame", choices=("C", "E"), help="one of the two only")
+    parser.add_argument(
+        "--scenario", type=Path, metavar="FILE", help="of the run (scenario.yaml beside the log)"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all of it to FILE")
+    parser.set_defaults(command=identify)
+
+
+def identify(options: argparse.Namespace) -> int:
+    """Tells which impedance a log shows, beside what was asked for. Returns the exit status."""
+    from geoimp_drake.analysis.identification import FRAMES, identify, moving
+    from geoimp_drake.output_folder import check_file, write_file
+    from geoimp_drake.simulation.log_data import read_log
+
+    if options.json is not None:
+        check_file(options.json)
+    file = options.log / "log.npz" if options.log.is_dir() else options.log
+    log = read_log(file)
+    impedance = _asked(options.scenario or file.with_name("scenario.yaml"))
+    readings = {
+        hand: [
+            reading
+            for frame in ([options.frame] if options.frame else FRAMES)
+            for reading in identify(log, impedance, hand, frame)
+        ]
+        for hand in moving(log)
+    }
+    for hand, read in readings.items():
+        print("\n\n".join(_text(hand, reading) for reading in read))
+    if options.json is not None:
+        told = {hand: [_plain(reading) for reading in read] for hand, read in readings.items()}
+        write_file(options.json, json.dumps(told, indent=2) + "\n")
+    return SUCCESS
+
+
+def _asked(file: Path) -> Any:
+    from geoimp_drake.diagrams.experiments.catalogue import get_experiment
+    from geoimp_drake.scenario.loading import read_layer
+
+    if not file.exists():
+        raise ConfigurationError(
+            f"{file} is not there; what the log was asked to show is in its scenario: give it with "
+            f"--scenario."
+        )
+    scenario = get_experiment(named_in(file)).scenario((read_layer(file),))
+    if getattr(scenario, "inertia", None) == "natural":
+        raise ConfigurationError(
+            f"{file} has inertia: natural: the mass is the arm's own and changes with its posture, "
+            f"which one M, D, K cannot show. Identify a run with inertia: desired."
+        )
+    return scenario.impedance
+
+
+def _plain(reading: "Reading") -> dict[str, Any]:
+    """Returns a reading for JSON, which has no infinity: null."""
+    told = asdict(reading)
+    told["mean_error"] = reading.mean_error
+    for row in (told, *told["estimates"]):
+        row |= {key: None for key, value in row.items() if value == float("inf")}
+    return told
+
+
+def _text(hand: str, reading: "Reading") -> str:
+    rows: list[tuple[str, ...]] = [("", "axis", "asked", "found", "± 95 %", "error")]
+    rows += [_row(estimate) for estimate in reading.estimates]
+    widths = [max(len(row[i]) for row in rows) for i in range(6)]
+    table = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    error = "nothing found" if (e := reading.mean_error) is None else f"mean error {100 * e:.2g} %"
+    return "\n".join(
+        [
+            f"{hand}, {reading.part} of {reading.frame}: {error}, "
+            f"condition {reading.condition:.3g}, misfit {100 * reading.misfit:.2g} %",
+            *table,
+        ]
+    )
+
+
+def _row(estimate: "Estimate") -> tuple[str, ...]:
+    unit = _UNITS[estimate.part][estimate.gain]
+    name = f"{estimate.gain} [{unit}]", estimate.axis, f"{estimate.asked:.4g}"
+    if estimate.error is None:
+        return (*name, "not excited", f"{estimate.half_width:.2g}", "")
+    return (
+        *name,
+        f"{estimate.found:.4g}",
+        f"{estimate.half_width:.2g}",
+        f"{round(100 * estimate.error, 2) + 0.0:.2f} %",
+    )
