@@ -17,7 +17,11 @@ FAMILIES = ("quaternion", "classical-euler", "alternative-euler", "angle-axis-ta
 NOISY = ("plexiglas", "duration=12", "form=compiled", "sensor.force_noise=0.3")
 NOISY = (*NOISY, "sensor.moment_noise=0.01")
 K_C = "[[0, 0.4, 0], [0, 0, 0.3], [0.5, 0, 0]]"
-COUPLED = ("impedance.axes=both", "impedance.translation.axes=desired", f"impedance.coupling={K_C}")
+COUPLED = (
+    "impedance.axes=both",
+    "impedance.translation={axes: desired, stiffness: [700, 300, 900], damping: [2000, 900, 1500]}",
+    f"impedance.coupling={K_C}",
+)
 
 
 def read(name, *overrides, frame="C"):
