@@ -110,8 +110,7 @@ def identify(
         frame: C or E.
 
     Raises:
-        ConfigurationError: a key is missing, of another shape or not finite, or the log is too
-            short.
+        ConfigurationError: a key is missing or cannot be used, or the log is too short.
     """
     moved = "O" if hand == "object" and frame == "E" else frame
     t = _times(log)
