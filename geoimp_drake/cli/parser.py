@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.cli import analysis_commands, commands, identifying, robot_commands
+from geoimp_drake.cli import analysis_commands, bench_command, commands, identifying, robot_commands
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -86,7 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
     bench = subparsers.add_parser("bench", help="time the closed loop against the bare plant")
     bench.add_argument("--json", type=Path, metavar="FILE", help="write the timings to FILE")
     bench.add_argument(
-        "--only", nargs="+", metavar="CASE", help=f"of {', '.join(commands.BENCH_CASES)} (all)"
+        "--only", nargs="+", metavar="CASE", help=f"of {', '.join(bench_command.BENCH_CASES)} (all)"
     )
     bench.add_argument(
         "--compare", type=Path, metavar="FILE", help="show what got slower since FILE was written"
@@ -100,7 +100,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="measure instead how late commands are on LCM at 200 Hz and 1 kHz",
     )
-    bench.set_defaults(command=commands.bench)
+    bench.set_defaults(command=bench_command.bench)
     return parser
 
 
