@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from geoimp_drake.controllers.config import FORMS, MotionConfig, RedundancyConfig, SamplingConfig
 from geoimp_drake.controllers.impedance_config import ImpedanceConfig
+from geoimp_drake.controllers.scheme import SCHEMES
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.grasp import MutualPose
 from geoimp_drake.parts.grasp_watch import GraspMonitorConfig
@@ -46,6 +47,7 @@ class CooperativeControllerConfig:
         self.sampling.check_motion(key(name, "sampling"), self.motion)
 
     def _check_scheme(self, name: str) -> None:
+        choice(self.scheme, name, SCHEMES)
         if self.scheme != "inner-loop":
             raise ConfigurationError(
                 f"{name} is '{self.scheme}'; two arms that hold one object have inner loops only: "

@@ -40,7 +40,7 @@ def test_field_that_cannot_be_used_is_named(
             act(config)
 
 
-@pytest.mark.parametrize("scheme", ["direct", "admittance", "dirct"])
+@pytest.mark.parametrize("scheme", ["direct", "admittance"])
 def test_a_scheme_without_inner_loops_is_refused_with_the_reason(
     parallel: ArmPair, scheme: str
 ) -> None:
