@@ -10,7 +10,7 @@ from geoimp_drake.laws.prediction.modes import Mode, modes_of, second_order_pole
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.typing import Array
 
-__all__ = ["Analysis", "Direction", "analyze", "directions_of", "ringing_warning"]
+__all__ = ["TRANSLATION", "Analysis", "Direction", "analyze", "directions_of", "ringing_warning"]
 
 ROTATION, TRANSLATION = slice(0, 3), slice(3, 6)
 # Of a wall that nothing is known of: a sheet of plexiglas.
