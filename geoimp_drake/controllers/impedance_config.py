@@ -1,9 +1,12 @@
 """Configuration of the six-DOF impedance: gains, orientation family, coupling."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from geoimp_drake.controllers.gain_design import GAINS, GainDesign
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.impedance.families import FAMILIES, OrientationImpedance, make_family
 from geoimp_drake.laws.impedance.principal_axes import stiffness_from_principal_axes
@@ -26,21 +29,56 @@ class _Gains:
     damping: Array
     stiffness: Array
     principal_axes: Array | None
+    design: GainDesign | None
+
+    @staticmethod
+    def complete_data(data: dict[str, Any], given: dict[str, Any]) -> None:
+        """Writes into YAML's data what its design says of the gains that are not `given` with it.
+
+        A design that cannot be used is left for `validate`.
+        """
+        if not isinstance(data.get("design"), dict):
+            return
+        with suppress(ConfigurationError):
+            design = GainDesign(**{name: np.array(v) for name, v in data["design"].items()})
+            for name, gain in zip(GAINS, design.gains(), strict=True):
+                if name not in given:
+                    data[name] = gain.tolist()
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
         self.matrices(name)
+        if self.design is not None:
+            self._check_design(self.design, name, key(name, "design"))
+
+    def _check_design(self, design: GainDesign, name: str, where: str) -> None:
+        if self.principal_axes is not None or getattr(self, "stiffness_form", "") == "seo":
+            raise ConfigurationError(
+                f"{where} takes its stiffness as it is: with it leave principal_axes and "
+                f"stiffness_form out, and give a stiffness along other axes as a 3×3 matrix."
+            )
+        for gain, value in zip(GAINS, design.gains(where), strict=True):
+            one, other = (spd_matrix(g, key(name, gain)) for g in (getattr(self, gain), value))
+            if not np.allclose(one, other, rtol=1e-9, atol=1e-9 * np.max(np.abs(other))):
+                raise ConfigurationError(
+                    f"{key(name, gain)} is {np.asarray(getattr(self, gain)).tolist()}, but {where} "
+                    f"gives {value.tolist()}. Leave {gain} out, or give design: null."
+                )
 
     def matrices(self, name: str) -> tuple[Array, Array, Array]:
         """Returns mass, damping and stiffness (3×3 each); errors as `validate`."""
         mass, damping, stiffness = (
-            spd_matrix(getattr(self, gain), key(name, gain))
-            for gain in ("mass", "damping", "stiffness")
+            spd_matrix(getattr(self, gain), key(name, gain)) for gain in GAINS
         )
         return mass, damping, self._along_axes(name, stiffness)
 
     def check_without_inertia(self, name: str) -> None:
         """Raises ConfigurationError if a mass or a damping is given, for natural inertia."""
+        if self.design is not None:
+            raise ConfigurationError(
+                f"{key(name, 'design')} gives a mass, which natural inertia does not use: that is "
+                f"the arm's own. Give {key(name, 'stiffness')}, and the scheme's damping_ratio."
+            )
         default = type(self)()
         for gain in ("mass", "damping"):
             value = np.asarray(getattr(self, gain))
@@ -75,6 +113,7 @@ class TranslationGains(_Gains):
     stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
     axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
+    design: GainDesign | None = None  # what mass, damping and stiffness follow from
 
 
 @dataclass
@@ -86,6 +125,7 @@ class RotationGains(_Gains):
     stiffness: Array = field(default_factory=lambda: np.array(2.0))  # K_o [Nm/rad]
     principal_axes: Array | None = None  # U (3×3): then K_o = U Γ Uᵀ, `stiffness` being Γ
     stiffness_form: str = "chapter"  # or seo: `stiffness` is K_R, and K_o = tr(K_R) I − K_R
+    design: GainDesign | None = None  # what mass, damping and stiffness follow from
 
 
 @dataclass

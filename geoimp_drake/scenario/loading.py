@@ -4,6 +4,7 @@ A scenario is a plain dataclass whose defaults run. It may contain Drake's own c
 (`MultibodyPlantConfig`, `SimulatorConfig`) as fields.
 """
 
+import copy
 import dataclasses
 import re
 import typing
@@ -94,9 +95,11 @@ def _loaded(
     for layer in layers:
         check_data(schema, layer)
         data = _merged(data, layer)
+        _complete(schema, data, layer)
     for override in overrides:
         _override(schema, data, override)
     check_data(schema, data)
+    _complete(schema, data, _nested(overrides))
     try:
         text = yaml.dump(data, Dumper=_DUMPER)
         scenario = yaml_load_typed(schema=schema, data=text, defaults=schema())
@@ -189,7 +192,30 @@ def _with_nulls(value: Any, data: Any) -> Any:
 def _merged(base: Any, top: Any) -> Any:
     if isinstance(base, dict) and isinstance(top, dict):
         return {key: _merged(base.get(key), top.get(key, base.get(key))) for key in {**base, **top}}
-    return top
+    return copy.deepcopy(top)  # an override is written into it
+
+
+def _complete(schema: Any, data: Any, given: Any) -> None:
+    """Lets each dataclass with a `complete_data(data, given)` fill in what follows from a layer."""
+    schema = without_optional(schema)
+    if not (isinstance(data, dict) and isinstance(given, dict)):
+        return
+    for name, kind in (field_types(schema) or {}).items():
+        _complete(kind, data.get(name), given.get(name))
+    if hasattr(schema, "complete_data"):
+        schema.complete_data(data, given)
+
+
+def _nested(overrides: Sequence[str]) -> dict[str, Any]:
+    """Returns which keys overrides have given, as a layer has them; of lists there are none."""
+    layer: dict[str, Any] = {}
+    for override in overrides:
+        path, _, text = override.partition("=")
+        value = parse_yaml(text, f"The value of {quoted(override)}")
+        for name in reversed(path.split(".")):
+            value = {name: value}
+        layer = _merged(layer, value)
+    return layer
 
 
 def _override(schema: Any, data: dict[str, Any], override: str) -> None:

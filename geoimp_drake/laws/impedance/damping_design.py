@@ -10,7 +10,7 @@ import numpy as np
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive, spd_matrix
 
-__all__ = ["damping_for_ratio", "natural_modes"]
+__all__ = ["damping_for_ratio", "damping_of_design", "mass_for_frequency", "natural_modes"]
 
 
 def damping_for_ratio(M: Array, K: Array, zeta: float) -> Array:
@@ -54,3 +54,38 @@ def natural_modes(M: Array, K: Array) -> tuple[Array, Array]:
     # L⁻¹ K L⁻ᵀ has the eigenvalues of M⁻¹K, and orthonormal eigenvectors.
     squares, V = np.linalg.eigh(np.linalg.solve(L, np.linalg.solve(L, K).T))
     return np.sqrt(squares), L @ V
+
+
+def mass_for_frequency(K: Array, W: Array) -> Array:
+    """Returns M = K^½ W⁻² K^½ (n, n), with which M and K have W's eigenvalues as frequencies.
+
+    For scalars it is K/ω². Where K and W share their axes each axis has its own frequency.
+
+    Args:
+        K: stiffness (n, n), symmetric positive definite [N/m or Nm/rad].
+        W: frequencies (n, n), symmetric positive definite [rad/s].
+    """
+    root = np.linalg.solve(W, _root(K))
+    return root.T @ root
+
+
+def damping_of_design(M: Array, K: Array, Z: Array) -> Array:
+    """Returns D = B^½ Z B^½ (n, n), B being the critical damping `damping_for_ratio(M, K, 1)`.
+
+    With Z = ζI it is `damping_for_ratio(M, K, ζ)`; where Z shares the axes of M and K each axis has
+    its own ratio.
+
+    Args:
+        M: mass (n, n), symmetric positive definite [kg or kg m²].
+        K: stiffness (n, n), of the environment included [N/m or Nm/rad].
+        Z: damping ratios (n, n), symmetric positive definite.
+    """
+    root = _root(damping_for_ratio(M, K, 1.0))
+    D = root @ Z @ root
+    return 0.5 * (D + D.T)
+
+
+def _root(A: Array) -> Array:
+    """Returns the symmetric square root of a symmetric positive definite matrix."""
+    squares, V = np.linalg.eigh(A)
+    return (V * np.sqrt(squares)) @ V.T
