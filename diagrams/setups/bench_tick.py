@@ -14,6 +14,7 @@ from pydrake.systems.framework import BasicVector
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.start_posture import find_start_posture
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.cooperative_control_loop import CooperativeControlLoop
 from geoimp_drake.diagrams.setups.pinocchio_tick import PinocchioTick
@@ -21,6 +22,7 @@ from geoimp_drake.models import model_path
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.typing import Array
 
 __all__ = ["TickTiming", "format_ticks", "run_tick_bench", "time_ticks"]
@@ -123,7 +125,9 @@ def _of_one_arm(name: str, model: str) -> TickTiming:
     arm, E = robot.model_instance, robot.end_effector_frame
     q = find_start_posture(ControlModel.of_arm(plant, arm, E))
     v = np.linspace(-0.1, 0.1, len(q))
-    loop = ControlLoop(plant, arm, E)
+    config = ImpedanceControllerConfig()
+    config.redundancy.task = TaskConfig()  # the chapter's damping alone, as pinocchio's tick has it
+    loop = ControlLoop(plant, arm, E, config)
     D = frame_motion_at_rest(loop.pose(q))
     ticks: dict[str, Callable[[], object]] = {
         "loop": lambda: loop.step(q, v, _PUSH, D),

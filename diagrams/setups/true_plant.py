@@ -124,8 +124,11 @@ class TruePlant:
                 return np.concatenate((rounded(state[:n], step), state[n:]))
 
             name = f"{self._plant.GetModelInstanceName(arm)}_encoders"
-            encoders = self._builder.AddNamedSystem(name, VectorFunction(read, port.size()))
-            self._builder.Connect(port, encoders.get_input_port())
+            if self._builder.HasSubsystemNamed(name):
+                encoders = self._builder.GetSubsystemByName(name)
+            else:
+                encoders = self._builder.AddNamedSystem(name, VectorFunction(read, port.size()))
+                self._builder.Connect(port, encoders.get_input_port())
             port = encoders.get_output_port()
         self._builder.Connect(port, readings)
 

@@ -11,7 +11,7 @@ ALL = {**EXPERIMENTS, **{own.name: own for own in OWN.values()}}
 @pytest.mark.parametrize("name", ALL)
 def test_a_run_with_too_many_steps_is_refused_for_every_set_up(name):
     with pytest.raises(ConfigurationError, match=r"1e\+07 s has 1e\+10 steps of 0.001 s"):
-        ALL[name].scenario((), ("duration=1e7",))
+        ALL[name].scenario((), ("duration=1e7", "plant.time_step=0.001"))
     with pytest.raises(ConfigurationError, match=r"100 s has 1e\+11 steps of 1e-09 s"):
         ALL[name].scenario((), ("duration=100", "sensor.period=1e-9"))
 
