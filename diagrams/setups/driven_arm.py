@@ -13,6 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
 from geoimp_drake.diagrams.setups.posture import start_posture
 from geoimp_drake.diagrams.setups.single_arm import add_single_arm
@@ -105,6 +106,7 @@ class ScenarioDrive:
         check(scenario)
         _check_nominal(scenario)
         _check_torques(scenario)
+        refuse_safety(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
         # The damping of a real robot's joints is not a discrete plant's.

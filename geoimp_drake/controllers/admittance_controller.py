@@ -13,6 +13,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.forms import add_passivity, add_sensors, make_compiled
 from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.admittance_controller import AdmittanceController
 from geoimp_drake.parts.impedance import Impedance
@@ -129,6 +130,7 @@ class AdmittanceLoop:
         joints: Sequence[str] | None = None,
     ):
         check(config)
+        refuse_safety(config)
         if config.scheme != "admittance":
             raise ConfigurationError(
                 f"scheme is '{config.scheme}'; AdmittanceLoop is for admittance. Use ControlLoop, "

@@ -10,6 +10,7 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
 from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
@@ -63,6 +64,7 @@ class ControlLoop:
         task_function: TaskFunction | None = None,
     ):
         self.config = config = config or ImpedanceControllerConfig()
+        refuse_safety(config)
         impedance, arm = controller_parts(
             plant,
             model_instance,

@@ -10,7 +10,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.systems.naming import name_after_arms
 from geoimp_drake.systems.safety_limits import SafetyConfig, SafetyLimits
 
-__all__ = ["add_safety_limits"]
+__all__ = ["add_safety_limits", "refuse_safety"]
 
 
 def add_safety_limits(
@@ -41,13 +41,18 @@ def add_safety_limits(
         wrench: that the arm feels, at a wrist sensor or by a momentum observer.
 
     Raises:
-        ConfigurationError: the configuration cannot be used, or the impedance has no gains in W.
+        ConfigurationError: the configuration cannot be used, or the translation has no gains in W.
     """
     impedance = config.impedance
     if config.is_natural or impedance.stiffness_is_in_desired():
         raise ConfigurationError(
             "safety needs gains of the translation in W: give translation.axes: world, no "
             "coupling, and inertia: given."
+        )
+    if impedance.axes not in ("both", "translation"):
+        raise ConfigurationError(
+            f"safety is given, but impedance.axes is '{impedance.axes}': the hand goes where D "
+            f"goes, however much force that takes. Give impedance.axes: both or translation."
         )
     model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
     limits = SafetyLimits(model, impedance.gains("translation"), safety, config.sampling.period)
@@ -62,3 +67,12 @@ def add_safety_limits(
     for own, name in (("safe_motion", "desired_motion"), ("stiffness_scale",) * 2):
         builder.Connect(limits.GetOutputPort(own), controller.GetInputPort(name))
     return limits
+
+
+def refuse_safety(config: ImpedanceControllerConfig) -> None:
+    """Raises ConfigurationError if a loop called by hand is given the `safety` of a scenario."""
+    if getattr(config, "safety", None) is not None:
+        raise ConfigurationError(
+            "safety is given, but a controller that is called by hand, as geoimp drive does, takes "
+            "D as it is: nobody would be protected. Leave safety out, or use geoimp run."
+        )

@@ -49,3 +49,28 @@ def test_servos_have_the_period_of_the_references():
     given = *PERIODS, "servos.period=0.004", "servos.bandwidth=40"
     scenario = get_experiment("plexiglas").scenario((), ("scheme=admittance", *given))
     assert scenario.joint_servos().bandwidth == 40.0
+
+
+SAFE = "safety={force: 150.0, source: a test, contact_stiffness: 75000.0}"
+NATURAL = "scheme=direct", "inertia=natural"
+
+
+@pytest.mark.parametrize(
+    ("experiment", "settings", "says"),
+    [
+        ("bar", [SAFE], "Unknown key in the scenario 'safety'"),
+        ("bar", ["passivity.gains.start=0.1"], "Unknown key in the scenario 'passivity'"),
+        ("bar", ["passivity.damping.most=4"], "Unknown key in the scenario 'passivity'"),
+        ("collision", ["impedance.axes=rotation"], "safety is given, but impedance.axes is 'rot"),
+        ("collision", ["impedance.axes=none"], "safety is given, but impedance.axes is 'none'"),
+        ("collision", ["impedance.translation.axes=desired"], "safety needs gains .* in W"),
+        ("collision", NATURAL, "safety needs gains .* inertia: given"),
+        ("custom", [*NATURAL, "passivity.gains.start=0.1"], "passivity.gains is given, but nat"),
+        ("custom", [*NATURAL, "passivity.damping.most=4"], "passivity.damping is given, but nat"),
+        ("custom", ["scheme=admittance", "limits=null"], "limits is null; with scheme: admittance"),
+    ],
+)
+def test_what_a_setup_does_not_apply_is_refused(experiment, settings, says):
+    experiment = get_experiment(experiment)
+    with pytest.raises(ConfigurationError, match=says):
+        experiment.build(experiment.scenario((), settings))
