@@ -16,13 +16,14 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "claims_across", "figure_across", "figures", "measured", "sweep_values"]
 
-# Where all three measures act the force that is left is far below the limit.
-_COLOURS = {
-    "none": "#D55E00",
-    "reaction": "#E69F00",
-    "cap": "#56B4E9",
-    "leash": "#0072B2",
-    "all": "#009E73",
+# By their measures, colour and marker: without colour, and where they are on one spot, the markers
+# tell them apart.
+_MARKS = {
+    "none": ("#D55E00", "x"),
+    "reaction": ("#E69F00", "s"),
+    "cap": ("#56B4E9", "D"),
+    "leash": ("#0072B2", "^"),
+    "all": ("#009E73", "o"),
 }
 _WORDS = {
     "none": "without",
@@ -31,6 +32,9 @@ _WORDS = {
     "leash": "cap and leash",
     "all": "cap, leash, reaction",
 }
+
+# How the last word of a case is written in the figure.
+_CASES = {"down": "from above", "side": "from the side", "free": "free to move"}
 
 Runs = Mapping[str, tuple[Log, Any]]
 
@@ -108,8 +112,16 @@ def figure_across(runs: Runs) -> Figure:
         axes = figure.subplots()
         for kind, words in _WORDS.items():
             peaks = [own.get(kind, {}).get("peak", np.nan) for own in cases.values()]
-            style: dict[str, Any] = {"color": _COLOURS[kind], "marker": "o", "linestyle": ""}
-            axes.plot(peaks, list(cases), label=words, **style)
+            colour, marker = _MARKS[kind]
+            axes.plot(
+                peaks,
+                [_in_words(case) for case in cases],
+                marker,
+                color=colour,
+                fillstyle="none",
+                markeredgewidth=1.5,
+                label=words,
+            )
         for limit in {own["limit"] for kinds in cases.values() for own in kinds.values()}:
             axes.axvline(limit, color="#666666", linestyle=":", label="limit")
         axes.set_xscale("log")
@@ -119,6 +131,12 @@ def figure_across(runs: Runs) -> Figure:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.suptitle("collision: with and without each measure")
     return figure
+
+
+def _in_words(case: str) -> str:
+    """Returns a case as the figure names it, such as `hand, from above`."""
+    body, _, how = case.rpartition(" ")
+    return f"{body}, {_CASES.get(how, how)}"
 
 
 def _by_case(runs: Runs) -> dict[str, dict[str, dict[str, float]]]:

@@ -6,6 +6,7 @@ from library_tree import ROOT
 from runs import assert_all_hold, claims_of, run
 
 from geoimp_drake.campaigns.sweep_plan import SweepPlan
+from geoimp_drake.controllers.config import FORMS
 from geoimp_drake.diagrams.experiments import collision, reproduction
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.scenario.loading import read_yaml
@@ -64,6 +65,9 @@ def test_each_measure_has_its_part():
     assert peak["leash-hand-down"] < 1.02 * LIMIT
     figure = collision.figure_across(compared)
     (axes,) = figure.axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["hand, from above"]
+    *marked, _ = axes.lines
+    assert len({line.get_marker() for line in marked}) == len(marked) == len(NEEDED)
     drawn = {line.get_label(): line.get_xdata() for line in axes.lines}
     assert drawn["without"][0] == pytest.approx(peak["none-hand-down"])
     assert drawn["limit"][0] == LIMIT
@@ -75,3 +79,13 @@ def test_a_run_that_is_too_short_is_not_judged():
     log, scenario, _ = run("collision", "duration=0.02", "segments=[{duration: 0.5}]")
     assert not np.any(log["body/force"])
     collision.figures(dict(log), scenario)["collision"].draw_without_rendering()
+
+
+def test_both_forms_leave_the_same_log_of_a_collision():
+    near = "duration=0.3", "body.point=[0.9, 0.0, 0.675]"
+    blocks, compiled = (run("collision", *near, f"form={form}")[0] for form in FORMS)
+    assert set(blocks) == set(compiled)
+    assert blocks["body/force"].max() > 15.0  # it is noticed, and D rests from then on
+    assert not blocks["six/motion_D"][-1, 7:].any()
+    for name in blocks:
+        np.testing.assert_allclose(compiled[name], blocks[name], atol=1e-9, err_msg=name)
