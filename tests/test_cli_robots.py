@@ -56,7 +56,7 @@ def test_what_is_written_says_what_the_robot_is_and_finds_its_file(folder, capsy
     assert "# end effector: l6; six joints also move: none\n" in text
     scenario = yaml.safe_load(text)
     assert scenario["robot"]["file"] == "light6.urdf"
-    assert "duration" not in scenario  # as long as its motion, also when that is edited
+    assert scenario["duration"] is None  # as long as its motion, also when that is edited
     assert not re.search(r"-0\.0\b", text)
     (folder / "other").mkdir()
     assert main(["init", "other/light6.yaml", "--robot", "light6.urdf"]) == 0

@@ -14,6 +14,7 @@ from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.robots.lcm_arm import LcmRobot
 from geoimp_drake.robots.real_time import real_time
+from geoimp_drake.robots.robot_arm import RobotError
 from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
 from geoimp_drake.simulation.replay import start_meshcat, stop_listening
@@ -43,6 +44,11 @@ def drive_robot(
         log = drive.run()
     # First of all: what fails after this cannot take it away.
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
+    if not log.ticks:
+        raise RobotError(
+            f"{drive.robot.name}: nothing was driven: {log.failure or 'no status came'}. No torque "
+            f"was sent."
+        )
     rows = drive.log(log)
     replay = _replay(experiment, scenario, rows) if html else None
     result = write_run(experiment, scenario, rows, log.failure, out, figures, replay)

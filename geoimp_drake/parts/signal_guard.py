@@ -38,7 +38,7 @@ class SignalGuard:
             state_way=0.0,  # of D since the signal has changed [m, rad]
             wrench_way=0.0,
             felt=0.0,  # when there was the last valid wrench [s]
-            blind=0.0,  # 1 once there has been none for too long
+            blind=0.0,  # 1 from when there was none for too long on: it brakes once
         )
 
     def missing(self, now: Now, memory: Array) -> str | None:
@@ -76,7 +76,7 @@ class SignalGuard:
             hold: longest time without a valid wrench [s].
         """
         if self._missing_wrench(now, memory) is None:
-            memory[self.memory.felt], memory[self.memory.blind] = now.time, 0.0
+            memory[self.memory.felt] = now.time
         was_blind = memory[self.memory.blind]
         memory[self.memory.blind] = float(was_blind or now.time - memory[self.memory.felt] > hold)
         return bool(memory[self.memory.blind] > was_blind)

@@ -223,6 +223,29 @@ def test_a_status_that_cannot_be_counts_as_none(broken):
     assert np.isfinite(log.values["torque"]).all()
 
 
+@pytest.mark.parametrize("wrench", ["none", "robot", "observer"])
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda status: replace(status, q=status.q * np.nan),
+        lambda status: replace(status, time=np.nan),
+        lambda status: None,
+    ],
+    ids=["NaN", "no time", "silence"],
+)
+def test_statuses_that_are_none_for_good_end_the_drive(broken, wrench):
+    def disturb(count, status):
+        assert count < 2000, "the drive does not stop"
+        return broken(status) if count >= 700 else status
+
+    log = DrivenArm().drive(
+        5.0, MOVE, config=DriveConfig(wrench), through=lambda robot: Between(robot, disturb)
+    )
+    assert modes(log)[-1] is Mode.STOPPED
+    assert modes(log).count(Mode.BRAKE) <= 2
+    assert log.ticks < 700 + 20 + 2 * 151 + 25
+
+
 def test_a_stop_from_speed_takes_little_way_and_no_jump():
     # The largest speed of such a motion is 1.875 Δ/T, after half the time.
     fast = MotionSegment(1.0, [0.0, 0.0, -0.16])

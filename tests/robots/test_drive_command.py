@@ -4,6 +4,7 @@ import base64
 import json
 import re
 import sys
+from dataclasses import replace
 
 import msgpack
 import numpy as np
@@ -13,6 +14,7 @@ from driven_arm import LIGHT
 from geoimp_drake.cli import driving, main
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import POSITION, QUATERNION
+from geoimp_drake.robots.plant_arm import PlantArm
 
 SCENARIO = f"""
 experiment: custom
@@ -92,6 +94,13 @@ def test_an_error_in_what_follows_leaves_the_last_ticks(scenario, monkeypatch):
     monkeypatch.setattr(driving, "replay_log", fail)
     assert main(["drive", "mine.yaml", "--html", "--no-figures"]) == 2
     assert [file.name for file in (scenario.parent / "results" / "mine").iterdir()] == ["ticks.npz"]
+
+
+def test_a_drive_without_a_second_status_is_one_line(scenario, monkeypatch, capsys):
+    read = PlantArm.read
+    monkeypatch.setattr(PlantArm, "read", lambda arm: replace(read(arm), q=np.full(6, np.nan)))
+    assert main(["drive", "mine.yaml", "--no-figures"]) == 2
+    assert "nothing was driven" in capsys.readouterr().err
 
 
 def test_a_dry_run_says_what_it_would_send_and_writes_nothing(scenario, capsys):
