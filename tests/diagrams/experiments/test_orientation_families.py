@@ -121,6 +121,8 @@ def test_a_coupling_is_refused_where_the_family_cannot_carry_it():
 @pytest.mark.parametrize("name", FAMILIES)
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_every_experiment_can_be_run_with_every_family(experiment, name):
-    log, _, failure = run(experiment, family(name), "duration=0.02")
+    # An approach axis that is level is where XYZ Euler angles are singular, by their definition.
+    tilted = ("start.attitude_deg=[0, 80, 0]",) if experiment == "limits" else ()
+    log, _, failure = run(experiment, family(name), "duration=0.02", *tilted)
     assert failure is None
     assert log["t"][-1] == pytest.approx(0.02)
