@@ -26,6 +26,7 @@ from geoimp_drake.robots.robot_arm import RobotArm
 from geoimp_drake.robots.tare import identify_payload, read_at_rest, tare_postures
 from geoimp_drake.robots.tare_drive import readings_of
 from geoimp_drake.robots.tare_log import identify_from_log
+from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_array
 
@@ -116,7 +117,9 @@ def payload_driven(
     _check_postures(postures, model)
     assert real.robot is not None
     blind = replace(driver, wrench="none", wrench_bias=np.zeros(6))
-    driven = replace(real, robot=replace(real.robot, driver=blind))
+    # The posture of the start would hold the joints back from those of the tour.
+    free = replace(real.redundancy, task=real.redundancy.task or TaskConfig())
+    driven = replace(real, robot=replace(real.robot, driver=blind), redundancy=free)
     is_simulated = driver.kind == "plant"
     robot = driven_arm.simulated_robot(real, tool=tool) if is_simulated else None
     with nullcontext() if is_simulated else real_time():

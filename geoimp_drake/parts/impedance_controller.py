@@ -180,7 +180,7 @@ class ImpedanceController:
 
     def _view(self, now: Now, memory: Array) -> Now:
         """Returns what the impedance sees."""
-        if self._passivity.gains is None:
+        if self._passivity.gains is None and self._passivity.damping is None:
             return now
         return self._passivity.view(memory[self.memory.passivity], now)
 

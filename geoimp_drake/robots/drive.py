@@ -49,12 +49,12 @@ class DriveConfig:
 
     # At E: observer, robot, as it reports it, or none; null for the first.
     wrench: str | None = None
-    # Subtracted from what the robot reports, [moment; force] in E; `geoimp tare --wrist` finds it.
-    wrench_bias: Array = field(default_factory=lambda: np.zeros(6))
     observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
     keep: float = 10.0  # time whose every tick is kept in the log [s]
     log_period: float = 0.01  # of the log of the whole drive [s]
+    # Subtracted from what the robot reports, [moment; force] in E; `geoimp tare --wrist` finds it.
+    wrench_bias: Array = field(default_factory=lambda: np.zeros(6))
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -16,6 +16,7 @@ from geoimp_drake.systems.frame_motion import (
     POSITION,
     QUATERNION,
 )
+from geoimp_drake.task_functions.config import TaskConfig
 
 SPEED = {6: np.array([0.3, -0.2, 0.25, 0.4, -0.3, 0.5]), 7: np.linspace(-0.3, 0.4, 7)}
 AWAY = RigidTransform([0.01, -0.02, 0.015])
@@ -25,7 +26,9 @@ def moving_arm(joints: int, velocity: str) -> ControlledArm:
     """Returns an arm that moves, with D a little away from its hand; nothing is initialized."""
     # The tool's inertia must not be felt: it would be a step in the wrench, at its first sample.
     sensor = WristSensorConfig(inertial_load="plant")
-    arm = make_controlled_arm(joints, quick_config(velocity), X_DE=AWAY, sensor_config=sensor)
+    config = quick_config(velocity)
+    config.redundancy.task = TaskConfig()  # the chapter's damping alone
+    arm = make_controlled_arm(joints, config, X_DE=AWAY, sensor_config=sensor)
     arm.set_state(arm.rig.posture, SPEED[joints])
     return arm
 
