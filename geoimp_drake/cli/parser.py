@@ -112,12 +112,7 @@ def _add_analyze(subparsers: Any) -> None:
         "and the dampings that do not ring; writes analysis.json and maps over mass, damping and "
         "wall. Nothing is simulated.",
     )
-    analyze.add_argument(
-        "experiment",
-        metavar="EXPERIMENT",
-        nargs="?",
-        help="a name that `geoimp list` shows; by default the one that the scenario file names",
-    )
+    _add_experiment(analyze)
     analyze.add_argument(
         "--surface-stiffness",
         type=float,
@@ -188,6 +183,15 @@ def _add_robot_commands(subparsers: Any) -> None:
     tare.set_defaults(command=robot_commands.tare)
 
 
+def _add_experiment(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "experiment",
+        metavar="EXPERIMENT",
+        nargs="?",
+        help="a name that `geoimp list` shows; by default the one that the scenario file names",
+    )
+
+
 def _add_duration(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duration", type=float, metavar="S", help="of the motion [s]")
 
@@ -215,12 +219,7 @@ def _add_robot_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_run_options(run: argparse.ArgumentParser) -> None:
-    run.add_argument(
-        "experiment",
-        metavar="EXPERIMENT",
-        nargs="?",
-        help="a name that `geoimp list` shows; by default the one that the scenario file names",
-    )
+    _add_experiment(run)
     run.add_argument("--orientation", metavar="FAMILY", help="orientation family of the impedance")
     _add_scenario_options(run)
     run.add_argument("--no-figures", action="store_true", help="write no figures")

@@ -100,10 +100,7 @@ def _read(context: Any, builder: Any, kind: Any, entries: Iterator[Any]) -> Any:
 
 def _read_array(context: Any, builder: Any, kind: Any, entries: Iterator[Any]) -> Any:
     """Returns an array; without a `meminfo` it is not counted."""
-    array, entry_type = (
-        context.make_array(kind)(context, builder),
-        context.get_data_type(kind.dtype),
-    )
+    entry_type = context.get_data_type(kind.dtype)
     data = builder.inttoptr(next(entries), entry_type.as_pointer())
     shape = [next(entries) for _ in range(kind.ndim)]
     strides = [_WORD(context.get_abi_sizeof(entry_type))]

@@ -3,26 +3,22 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder, System
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.arm_loop import ArmLoop
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
-from geoimp_drake.controllers.forms import add_passivity, add_sensors, make_compiled
-from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.controllers.forms import add_passivity, connect_wrenches, make_compiled
 from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.admittance_controller import AdmittanceController
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inverse_kinematics import InverseKinematics
-from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.wrist_sensors import WristSensors
 from geoimp_drake.systems.arm import inverse_kinematics
-from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.systems.impedance_integrator import ImpedanceIntegrator
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check
@@ -76,27 +72,18 @@ def _of_blocks(
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     wrenches = [compliant.GetInputPort("wrench")]
     add_passivity(builder, compliant, passivity, measured, wrenches)
-    if sensors is None:
-        builder.ExportInput(wrenches[0], "wrench")
-        for target in wrenches[1:]:
-            builder.ConnectInput("wrench", target)
     for system, names in (
         (joints, [output.name for output in kinematics.outputs if output.name != "slack"]),
         (compliant, [output.name for output in impedance.outputs]),
     ):
         for name in names:
             builder.ExportOutput(system.GetOutputPort(name), name)
-    if sensors is not None:
-        add_sensors(
-            builder,
-            sensors,
-            {"wrench": wrenches},
-            {"reference_motion": compliant.GetOutputPort("last_compliant_motion")},
-        )
+    reference = compliant.GetOutputPort("last_compliant_motion")
+    connect_wrenches(builder, sensors, {"wrench": wrenches}, {"reference_motion": reference})
     return builder.Build()
 
 
-class AdmittanceLoop:
+class AdmittanceLoop(ArmLoop):
     """The controller of the scheme `admittance`, called by hand at each tick of a robot.
 
     It takes what a robot reports and returns positions and velocities for its servos, in the
@@ -136,20 +123,12 @@ class AdmittanceLoop:
                 f"scheme is '{config.scheme}'; AdmittanceLoop is for admittance. Use ControlLoop, "
                 f"which returns torques."
             )
-        self.model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
-        self.period = config.sampling.period
-        self.joints = RobotJoints(self.model, joints)
+        model = ControlModel.of_arm(plant, model_instance, end_effector_frame)
         impedance = config.impedance.make()
         passivity = config.make_passivity(impedance)
-        kinematics = config.make_kinematics(self.model)
-        part = AdmittanceController(impedance, kinematics, passivity=passivity)
-        name = plant.GetModelInstanceName(model_instance)
-        self._loop = PartLoop(part, f"{name}_admittance_loop")
-
-    @property
-    def state(self) -> Array:
-        """All that the loop remembers, one array; copy it to save it, write to it to restore it."""
-        return self._loop.state
+        part = AdmittanceController(impedance, config.make_kinematics(model), passivity=passivity)
+        name = f"{plant.GetModelInstanceName(model_instance)}_admittance_loop"
+        super().__init__(part, name, model, joints, config.sampling.period)
 
     def reset(
         self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None
@@ -165,15 +144,7 @@ class AdmittanceLoop:
         Raises:
             SignalError: a signal cannot be used.
         """
-        self._loop.reset(
-            {
-                "estimated_state": self.joints.reading(q, v),
-                "wrench": np.zeros(6) if wrench is None else wrench,
-                "desired_motion": frame_motion_at_rest(self.pose(q))
-                if desired is None
-                else desired,
-            }
-        )
+        self._start(q, v, wrench, desired)
         return self._reference()
 
     def step(
@@ -196,18 +167,6 @@ class AdmittanceLoop:
         elapsed = self.period if dt is None else dt
         self._loop.step(readings, {"desired_motion": desired}, elapsed)
         return self._reference()
-
-    def output(self, name: str) -> Array:
-        """Returns an output of the controller at the last tick, such as `compliant_motion`.
-
-        Raises:
-            ConfigurationError: there is no such output.
-        """
-        return self._loop.output(name)
-
-    def pose(self, q: Array) -> RigidTransform:
-        """Returns X_WE at joint positions (n)."""
-        return self.joints.pose(q)
 
     def _reference(self) -> JointReference:
         return JointReference(*self.joints.split(self._loop.output("joint_reference")))

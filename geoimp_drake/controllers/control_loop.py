@@ -3,26 +3,23 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
+from geoimp_drake.controllers.arm_loop import ArmLoop
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
-from geoimp_drake.controllers.robot_joints import RobotJoints
 from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
-from geoimp_drake.parts.part_loop import PartLoop
-from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
 
 __all__ = ["ControlLoop"]
 
 
-class ControlLoop:
+class ControlLoop(ArmLoop):
     """The controller of `make_impedance_controller`, called by hand at each tick of a robot.
 
     It takes what a robot reports and returns the torques for it, in the robot's own order of
@@ -73,24 +70,18 @@ class ControlLoop:
             task_function,
             gravity=gravity,
         )
-        self.model, self.period, self.gravity = arm.model, config.sampling.period, gravity
+        self.gravity = gravity
         self.impedance = impedance if isinstance(impedance, Impedance) else impedance.springs
         self._needs_wrench = impedance.needs_wrench
-        self.joints = RobotJoints(arm.model, joints)
-        name = plant.GetModelInstanceName(model_instance)
         passivity = config.make_passivity(impedance)
         part = ImpedanceController(impedance, arm.loop(), passivity=passivity)
-        self._loop = PartLoop(part, f"{name}_control_loop")
+        name = f"{plant.GetModelInstanceName(model_instance)}_control_loop"
+        super().__init__(part, name, arm.model, joints, config.sampling.period)
         self._gains: dict[str, Array] = {}
         if passivity.gains is not None:
             K, D = self.impedance.changing_gains.matrices()
             self._gains = {"stiffness": K, "damping": D}
         self._reading = self._loop.input("estimated_state")
-
-    @property
-    def state(self) -> Array:
-        """All that the loop remembers, one array; copy it to save it, write to it to restore it."""
-        return self._loop.state
 
     def reset(
         self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None
@@ -106,12 +97,7 @@ class ControlLoop:
         Raises:
             SignalError: a signal cannot be used.
         """
-        readings = {
-            "estimated_state": self.joints.reading(q, v),
-            "wrench": np.zeros(6) if wrench is None else wrench,
-        }
-        desired = frame_motion_at_rest(self.pose(q)) if desired is None else desired
-        self._loop.reset({**readings, **self._gains, "desired_motion": desired})
+        self._start(q, v, wrench, desired, **self._gains)
         return self.joints.torques(self._loop.output("actuation"))
 
     def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
@@ -158,18 +144,3 @@ class ControlLoop:
         readings = {} if wrench is None else {"wrench": wrench}
         self._loop.step(readings, {"desired_motion": desired}, elapsed)
         return self.joints.torques(self._loop.output("actuation"))
-
-    def output(self, name: str) -> Array:
-        """Returns an output of `make_impedance_controller` at the last tick.
-
-        Args:
-            name: such as `compliant_motion`; `actuation` is in the order of the plant's actuators.
-
-        Raises:
-            ConfigurationError: there is no such output.
-        """
-        return self._loop.output(name)
-
-    def pose(self, q: Array) -> RigidTransform:
-        """Returns X_WE at joint positions (n)."""
-        return self.joints.pose(q)

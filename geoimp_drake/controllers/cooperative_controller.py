@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.cooperative_config import CooperativeControllerConfig
-from geoimp_drake.controllers.forms import add_sensors, make_compiled
+from geoimp_drake.controllers.forms import connect_wrenches, make_compiled
 from geoimp_drake.controllers.impedance_controller import GRAVITY
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, make_inner_loop
 from geoimp_drake.controllers.internal_gains import make_internal
@@ -238,11 +238,6 @@ def _of_blocks(
         wrenches[f"wrench_{k}"] = [*ports.inputs[f"wrench_{k}"], loop.GetInputPort("wrench")]
     for name in ("desired_motion", "stiffness_scale"):
         builder.ExportInput(*ports.inputs[name], name)
-    if wrists is None:
-        for name, (first, *others) in wrenches.items():
-            builder.ExportInput(first, name)
-            for target in others:
-                builder.ConnectInput(name, target)
     for name, output in ports.outputs.items():
         builder.ExportOutput(output, name)
     if wrists is None:
@@ -255,8 +250,7 @@ def _of_blocks(
             builder.Connect(loop.GetOutputPort("slack"), ports.slacks[k - 1])
         for name in reports:
             builder.ExportOutput(loop.GetOutputPort(name), f"{name}_{k}")
-    if wrists is not None:
-        add_sensors(builder, wrists, wrenches, references)
+    connect_wrenches(builder, wrists, wrenches, references)
     return builder.Build()
 
 

@@ -15,7 +15,7 @@ from geoimp_drake.systems.part_system import PartSystem, system_of
 from geoimp_drake.systems.passive_gains import PassiveGains
 from geoimp_drake.systems.sensing.force_torque_sensor import ForceTorqueSensors
 
-__all__ = ["add_passivity", "add_sensors", "make_compiled", "warn_uncompiled"]
+__all__ = ["add_passivity", "connect_wrenches", "make_compiled", "warn_uncompiled"]
 
 _log = logging.getLogger("drake")
 
@@ -74,20 +74,26 @@ def add_passivity(
     builder.ExportOutput(gains.GetOutputPort("tank"), "tank")
 
 
-def add_sensors(
+def connect_wrenches(
     builder: DiagramBuilder,
-    sensors: WristSensors,
+    sensors: WristSensors | None,
     wrenches: Mapping[str, Sequence[InputPort]],
     references: Mapping[str, OutputPort],
 ) -> None:
-    """Adds wrist sensors to the blocks of a controller, with ports that the controller exports.
+    """Gives the blocks of a controller their wrenches, once its other ports are exported.
 
     Args:
-        builder: where they are added.
-        sensors: their part.
-        wrenches: input ports for each of their wrenches.
-        references: output ports for each of their reference motions.
+        builder: of the controller.
+        sensors: the part of the wrist sensors, which are added; None if wrenches are inputs.
+        wrenches: input ports for each wrench.
+        references: output ports for each of the sensors' reference motions.
     """
+    if sensors is None:
+        for name, (first, *others) in wrenches.items():
+            builder.ExportInput(first, name)
+            for target in others:
+                builder.ConnectInput(name, target)
+        return
     system = builder.AddNamedSystem("wrist_sensors", ForceTorqueSensors.of(sensors))
     for name, targets in wrenches.items():
         for target in targets:

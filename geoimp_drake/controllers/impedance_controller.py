@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.admittance_controller import make_admittance_controller
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
-from geoimp_drake.controllers.forms import add_passivity, add_sensors, make_compiled
+from geoimp_drake.controllers.forms import add_passivity, connect_wrenches, make_compiled
 from geoimp_drake.controllers.inner_loop import InnerLoopParts, add_inner_loop
 from geoimp_drake.controllers.sensor_checks import check_sensor
 from geoimp_drake.errors import ConfigurationError
@@ -245,10 +245,6 @@ def _of_blocks(
         for target in loop.inputs["wrench"]:
             builder.Connect(none.get_output_port(), target)
     add_passivity(builder, compliant, passivity, loop.outputs["measured_motion"], wrenches)
-    if sensors is None:
-        builder.ExportInput(wrenches[0], "wrench")
-        for target in wrenches[1:]:
-            builder.ConnectInput("wrench", target)
     slack = loop.outputs.pop("slack", None)
     if slack is not None:
         # C is held back by what the limits leave undone.
@@ -257,11 +253,6 @@ def _of_blocks(
         builder.ExportOutput(compliant.GetOutputPort(name), name)
     for name, port in loop.outputs.items():
         builder.ExportOutput(port, name)
-    if sensors is not None:
-        add_sensors(
-            builder,
-            sensors,
-            {"wrench": wrenches},
-            {"reference_motion": compliant.GetOutputPort("last_compliant_motion")},
-        )
+    reference = compliant.GetOutputPort("last_compliant_motion")
+    connect_wrenches(builder, sensors, {"wrench": wrenches}, {"reference_motion": reference})
     return builder.Build()

@@ -180,8 +180,8 @@ class ImpedanceController:
 
     def _view(self, now: Now, memory: Array) -> Now:
         """Returns what the impedance sees."""
-        if self._passivity.gains is None and self._passivity.damping is None:
-            return now
+        if not self._passivity.changes_gains:
+            return now  # without a place in the memory to be looked up
         return self._passivity.view(memory[self.memory.passivity], now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:

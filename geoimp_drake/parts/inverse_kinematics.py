@@ -62,19 +62,7 @@ class ReferenceConfig:
 
 
 class InverseKinematics:
-    """The part of `systems.arm.inverse_kinematics.InverseKinematics`.
-
-    Args:
-        model: the arm.
-        period: of the references [s].
-        config: gains.
-        damping: near singularities.
-        limits: how the arm's limits are kept.
-        masses: of the impedance, by which the task is weighed at a limit.
-
-    Raises:
-        ConfigurationError: a gain does not fit the period.
-    """
+    """The part of `systems.arm.inverse_kinematics.InverseKinematics`; arguments are the same."""
 
     def __init__(
         self,

@@ -48,10 +48,12 @@ class Passivity:
         gains: the part that changes them; None if they do not change.
         damping: the part that raises it; None if nothing does.
         inputs: of the controller, that change the gains, with their sizes.
+        changes_gains: whether the impedance sees other gains than those of the inputs.
     """
 
     def __init__(self, gains: PassiveGains | None = None, damping: AdaptiveDamping | None = None):
         self.gains, self.damping = gains, damping
+        self.changes_gains = gains is not None or damping is not None
         self.memory = Memory(
             gains=Memory() if gains is None else gains.memory,
             damping=Memory() if damping is None else damping.memory,
@@ -97,7 +99,7 @@ class Passivity:
             memory: of this piece.
             now: the inputs of the controller.
         """
-        if self.gains is None and self.damping is None:
+        if not self.changes_gains:
             return now
         given: dict[str, Array] = {}
         if self.gains is not None:

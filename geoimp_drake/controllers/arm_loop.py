@@ -1,0 +1,82 @@
+"""What the controllers of one arm have in common that are called by hand."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.parts.part import Part
+from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.systems.frame_motion import frame_motion_at_rest
+from geoimp_drake.typing import Array
+
+__all__ = ["ArmLoop"]
+
+
+class ArmLoop:
+    """A whole controller of one arm, called by hand at each tick of a robot.
+
+    Args:
+        part: the controller.
+        name: of the loop, in messages.
+        model: the arm.
+        joints: the joints' names in the robot's order; by default that from base to hand.
+        period: of a tick [s].
+
+    Attributes:
+        model: the arm.
+        joints: the order of q, v and of what is returned.
+        period: of a tick, unless it is told another [s].
+
+    Raises:
+        ConfigurationError: `joints` are not those of the arm.
+    """
+
+    def __init__(
+        self,
+        part: Part,
+        name: str,
+        model: ControlModel,
+        joints: Sequence[str] | None,
+        period: float,
+    ):
+        self.model, self.period = model, period
+        self.joints = RobotJoints(model, joints)
+        self._loop = PartLoop(part, name)
+
+    @property
+    def state(self) -> Array:
+        """All that the loop remembers, one array; copy it to save it, write to it to restore it."""
+        return self._loop.state
+
+    def output(self, name: str) -> Array:
+        """Returns an output of `make_impedance_controller` at the last tick.
+
+        Args:
+            name: such as `compliant_motion`; `actuation` is in the order of the plant's actuators.
+
+        Raises:
+            ConfigurationError: there is no such output.
+        """
+        return self._loop.output(name)
+
+    def pose(self, q: Array) -> RigidTransform:
+        """Returns X_WE at joint positions (n)."""
+        return self.joints.pose(q)
+
+    def _start(
+        self, q: Array, v: Array, wrench: Array | None, desired: Array | None, **others: Array
+    ) -> None:
+        """Starts the part: without a wrench, and with D at rest on E, by default."""
+        self._loop.reset(
+            {
+                "estimated_state": self.joints.reading(q, v),
+                "wrench": np.zeros(6) if wrench is None else wrench,
+                "desired_motion": frame_motion_at_rest(self.pose(q))
+                if desired is None
+                else desired,
+                **others,
+            }
+        )
