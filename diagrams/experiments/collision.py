@@ -10,7 +10,7 @@ from geoimp_drake.diagrams.experiments.measures import Log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, phase_reached
 from geoimp_drake.simulation.figures import panels_figure
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.systems.frame_motion import LINEAR_VELOCITY, POSITION
 from geoimp_drake.systems.sources.desired_motion import phases_of
 
@@ -124,8 +124,7 @@ def figure_across(runs: Runs) -> Figure:
             )
         for limit in {own["limit"] for kinds in cases.values() for own in kinds.values()}:
             axes.axvline(limit, color="#666666", linestyle=":", label="limit")
-        axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
+        make_logarithmic(axes, "x")
         axes.invert_yaxis()
         axes.set_xlabel("largest force on the body [N]")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)

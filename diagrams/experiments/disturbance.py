@@ -11,7 +11,7 @@ from geoimp_drake.diagrams.experiments.measures import Log, quaternion_error
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, phase_reached, within
 from geoimp_drake.simulation.figures import panels_figure
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
@@ -150,8 +150,7 @@ def _plot_schemes(
         style: dict[str, Any] = {"color": _COLOURS[scheme], "marker": _MARKERS[scheme]}
         panel.plot(errors, [points[error] for error in errors], label=scheme, **style)
         panel.plot(0.0, points.get(0.0, np.nan), linestyle="", **style)
-    panel.set_yscale("log")
-    panel.yaxis.set_major_formatter("{x:g}")
+    make_logarithmic(panel, "y")
 
 
 def _by_case(runs: Mapping[str, tuple[Log, Any]]) -> dict[Case, dict[str, float]]:

@@ -12,7 +12,7 @@ from geoimp_drake.diagrams.experiments.measures import Log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most
 from geoimp_drake.simulation.figures import panels_figure
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.systems.sources.desired_motion import phases_of
 
@@ -110,7 +110,7 @@ def _plot_cases(panel: Axes, cases: Mapping[str, tuple[Values, Values]], name: s
         values = [values[k].get(name, np.nan) for values in cases.values()]
         panel.plot(values, list(cases), linestyle="", **style)
     panel.axvline(bound, color="#666666", linestyle=":", label="bound")
-    panel.set_xscale("log")
+    make_logarithmic(panel, "x")
     panel.set_title(words)
     panel.set_xlabel(f"[{unit or '-'}]")
 

@@ -14,7 +14,7 @@ from geoimp_drake.analysis.ringing import least_stable, on_surface
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.prediction.modes import modes_of
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.typing import Array
 
 __all__ = ["damping_ratio", "ringing_figure"]
@@ -94,7 +94,5 @@ def _draw(
         x * x_unit, _FACTORS * d_unit, np.clip(values, -0.99, 1.0), levels=_LEVELS, cmap="cividis"
     )
     axes.contour(x * x_unit, _FACTORS * d_unit, values, levels=[0.0], colors="#D55E00")
-    axes.set(xscale="log", yscale="log")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
+    make_logarithmic(axes, "x", "y")
     return drawn

@@ -3,11 +3,14 @@
 import io
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 __all__ = [
@@ -16,6 +19,7 @@ __all__ = [
     "figure_files",
     "figure_style",
     "keep_noise_small",
+    "make_logarithmic",
     "shade_phases",
 ]
 
@@ -31,6 +35,11 @@ AXIS_STYLES: tuple[dict[str, Any], ...] = (
 _PHASE_COLOURS = ("#00000008", "#00000014")
 # How much higher an axis becomes for upright names, so that they stand above the curves.
 _ROOM = 1.2
+# A logarithmic axis that spans less than this has hardly two powers of ten.
+_FEW = 50.0
+# Powers of ten that are written out.
+_PLAIN = 3
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Half of the least range that an axis shows, by the unit in its label.
 _FLOORS = {"mm": 0.1, "m": 1e-4, "N": 0.1, "Nm": 0.01, "rad": 1e-3, "rad²": 1e-6, "-": 1e-3}
 
@@ -52,6 +61,27 @@ def figure_contents(name: str, figure: Figure) -> Iterator[tuple[str, bytes]]:
         with figure_style():
             figure.savefig(buffer, format=kind, metadata=metadata)
         yield file, buffer.getvalue()
+
+
+def make_logarithmic(axes: Axes, *names: str) -> None:
+    """Makes `x`, `y` or both logarithmic, with plain numbers: in this style a formula is a text."""
+    for name in names:
+        axes.set(**{f"{name}scale": "log"})
+        axis: Axis = {"x": axes.xaxis, "y": axes.yaxis}[name]
+        axis.set_major_formatter(lambda x, _: _power(x))
+        axis.set_minor_formatter(partial(_between, axis))
+
+
+def _power(x: float) -> str:
+    """Returns the text of a power of ten."""
+    exponent = round(np.log10(x))
+    return f"{x:g}" if abs(exponent) <= _PLAIN else "10" + str(exponent).translate(_RAISED)
+
+
+def _between(axis: Axis, x: float, _: object) -> str:
+    """Returns the text of a tick between two powers of ten, where these alone would be too few."""
+    low, high = axis.get_view_interval()
+    return f"{x:g}" if high < _FEW * low and f"{x:e}"[0] in "25" else ""
 
 
 def keep_noise_small(axes: Axes) -> None:

@@ -7,7 +7,7 @@ from matplotlib.text import Text
 
 from geoimp_drake.campaigns.sweep_figures import success_map
 from geoimp_drake.simulation.figures import interaction_figure, panels_figure
-from geoimp_drake.simulation.style import figure_contents
+from geoimp_drake.simulation.style import figure_contents, figure_style, make_logarithmic
 
 T = np.linspace(0.0, 1.0, 50)
 NOISE = 1e-15 * np.random.default_rng(0).standard_normal((50, 3))
@@ -99,3 +99,30 @@ def test_spans_in_which_a_limit_acts_are_shaded(last: int) -> None:
     names = [text.get_text() for text in axes.get_legend().get_texts()]
     assert names == ["x", "y", "z", "at a limit"]  # the legend's, which nothing stands over
     assert not axes.texts
+
+
+@pytest.mark.parametrize(
+    ("ends", "shown"),
+    [
+        ((0.3, 2e6), ["1", "10", "100", "1000", "10⁴", "10⁵", "10⁶"]),
+        ((2e-5, 0.2), ["10⁻⁴", "0.001", "0.01", "0.1"]),
+        ((0.4, 3.0), ["0.5", "1", "2"]),
+    ],
+)
+def test_logarithmic_axes_have_plain_numbers(ends, shown):
+    """The style reads no formulas, and matplotlib would write powers of ten as some."""
+    with figure_style():
+        axes = Figure().subplots()
+        axes.plot(ends, (1.0, 1e4))
+        make_logarithmic(axes, "x", "y")
+        axes.set_xlim(ends)
+        axes.figure.draw_without_rendering()
+    ticks = [*axes.xaxis.get_ticklabels(), *axes.xaxis.get_ticklabels(minor=True)]
+    low, high = ends
+    seen = {
+        label.get_position()[0]: label.get_text()
+        for label in ticks
+        if low <= label.get_position()[0] <= high and label.get_text()
+    }
+    assert [seen[x] for x in sorted(seen)] == shown
+    assert not any("$" in label.get_text() for label in axes.yaxis.get_ticklabels())

@@ -34,7 +34,7 @@ from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.models import model_path
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.robot_files.loading import LoadedRobot, load_robot
-from geoimp_drake.simulation.style import figure_style
+from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 
 Array = NDArray[np.float64]
@@ -232,8 +232,9 @@ def main(out: Path) -> None:
         figure = Figure(figsize=(5, 4.5), layout="constrained")
         axes = figure.subplots()
         ends = [0.8 * min(said), 1.25 * max(said)]
-        axes.loglog(ends, ends, color="#00000060", label="equal")
-        axes.loglog(said, seen, "o", color="#0072B2", label="12 contacts")
+        axes.plot(ends, ends, color="#00000060", label="equal")
+        axes.plot(said, seen, "o", color="#0072B2", label="12 contacts")
+        make_logarithmic(axes, "x", "y")
         axes.set(xlabel="D by the sampled loop [Ns/m]", ylabel="D by the simulation [Ns/m]")
         axes.legend()
         figure.savefig(out)
