@@ -8,7 +8,14 @@ from matplotlib.figure import Figure
 
 from geoimp_drake.diagrams.experiments.measures import Log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
-from geoimp_drake.simulation.claims import Claim, at_least, at_most, phase_reached
+from geoimp_drake.simulation.claims import (
+    FAILS,
+    NOT_REACHED,
+    Claim,
+    at_least,
+    at_most,
+    phase_reached,
+)
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.simulation.style import figure_style, make_logarithmic
 from geoimp_drake.systems.frame_motion import LINEAR_VELOCITY, POSITION
@@ -71,8 +78,8 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: SingleArmScenario) -> dict[str, float | bool]:
-    """Returns whether a sample keeps its limit, and the peak."""
-    holds = all(claim.holds is not False for claim in claims(log, scenario))
+    """Returns whether a sample hits its body and keeps its limit, and the peak."""
+    holds = all(claim.verdict not in (FAILS, NOT_REACHED) for claim in claims(log, scenario))
     return {"success": holds, "peak": measured(log, scenario)["peak"]}
 
 

@@ -78,6 +78,8 @@ def test_a_run_that_is_too_short_is_not_judged():
     assert {claim.verdict for claim in short.values()} <= {NOT_REACHED, "holds"}
     log, scenario, _ = run("collision", "duration=0.02", "segments=[{duration: 0.5}]")
     assert not np.any(log["body/force"])
+    # Nobody was hit, so no limit was kept.
+    assert not collision.sweep_values(dict(log), scenario)["success"]
     collision.figures(dict(log), scenario)["collision"].draw_without_rendering()
 
 
