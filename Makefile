@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OUT ?= results
 
-.PHONY: run test lint format types tests docs browser clean
+.PHONY: run test lint format types tests docs dist browser clean
 
 run: $(STAMP) # prints where the report is; started again, it does what is missing
 	@$(BIN)/geoimp reproduce --out $(OUT)
@@ -17,6 +17,7 @@ test: lint types tests
 lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell
 
 types: $(STAMP)
 	$(BIN)/mypy
@@ -26,6 +27,11 @@ tests: $(STAMP) browser
 
 docs: $(STAMP) # what tests/test_documentation.py builds, to be read: build/docs/index.html
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/docs
+
+dist: $(STAMP) # the archives of a release, checked; a test looks at what they contain
+	rm -rf dist
+	$(BIN)/python -m build
+	$(BIN)/twine check --strict dist/*
 
 browser: # the pages are tested in Chromium; where it cannot be installed, a test says what to do
 	@for name in chromium chromium-browser google-chrome; do \
