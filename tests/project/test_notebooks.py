@@ -1,17 +1,19 @@
 """Every notebook runs from top to bottom and is kept as a reader should find it.
 
-Executed are the notebooks as they are, by the interpreter that runs the tests, in an empty folder.
+Executed are the notebooks as they are, in an empty folder, by an interpreter that has the wheel
+with the extras that their first cell names, as in a cloud notebook, and nothing else.
 Warnings of Drake's deprecations, and any of a notebook's own cells, are errors.
 """
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import nbformat
 import pytest
-from ipykernel.kernelspec import get_kernel_dict
+from archives import build_archives, new_environment
 from jupyter_client import AsyncKernelManager
 from jupyter_client.kernelspec import KernelSpec
 from library_tree import PYPROJECT, ROOT
@@ -20,7 +22,16 @@ from nbclient.exceptions import CellExecutionError
 from nbformat.v4 import new_code_cell, new_notebook
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-MOST_CELLS = 24
+MOST_CELLS = 25
+
+# The first cell of each: a cloud notebook has nothing of it, here it does nothing.
+EXTRAS = "fast,limits,notebooks"
+INSTALL = f"""\
+from importlib.util import find_spec
+
+if find_spec("geoimp_drake") is None:  # in a cloud notebook
+    %pip install --quiet "geoimp-drake[{EXTRAS}]"\
+"""
 
 every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
@@ -45,12 +56,21 @@ KATEX = set(
 MATHS = re.compile(r"\$\$(.+?)\$\$|\$(.+?)\$", re.DOTALL)
 
 
-class ThisInterpreter(AsyncKernelManager):
-    """Starts the running interpreter as a kernel, whatever kernels are installed."""
+@pytest.fixture(scope="session")
+def kernel(tmp_path_factory):
+    """A manager of kernels of a fresh environment, whatever kernels are installed."""
+    folder = tmp_path_factory.mktemp("notebooks")
+    wheel = build_archives(folder)
+    python = new_environment(folder, sys.executable, f"{wheel}[{EXTRAS}]")
+    started = [str(python), "-m", "ipykernel_launcher", "-f", "{connection_file}"]
 
-    @property
-    def kernel_spec(self):
-        return KernelSpec(**get_kernel_dict())
+    class FreshInterpreter(AsyncKernelManager):
+        @property
+        def kernel_spec(self):
+            return KernelSpec(argv=started, language="python", display_name="fresh")
+
+    yield FreshInterpreter
+    shutil.rmtree(folder)  # a gigabyte, which pytest would keep for three runs
 
 
 @pytest.fixture
@@ -59,6 +79,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
     work = tmp_path / "work"
     work.mkdir()
@@ -73,13 +94,13 @@ def sources(notebook, kind):
     return [cell.source for cell in notebook.cells if cell.cell_type == kind]
 
 
-def execute(notebook, folder):
+def execute(notebook, folder, kernel):
     """Executes a notebook's cells, strict about warnings; returns it with its outputs."""
     strict = new_notebook(cells=[new_code_cell(STRICT), *notebook.cells])
     client = NotebookClient(
         strict,
         timeout=300,
-        kernel_manager_class=ThisInterpreter,
+        kernel_manager_class=kernel,
         resources={"metadata": {"path": str(folder)}},
     )
     client.execute()
@@ -92,8 +113,8 @@ def kinds_of_output(notebook):
 
 
 @every_notebook
-def test_runs_from_top_to_bottom(path, folder):
-    done = execute(read(path), folder)
+def test_runs_from_top_to_bottom(path, folder, kernel):
+    done = execute(read(path), folder, kernel)
     # A block diagram, figures and a scene in Meshcat have been shown.
     assert {"image/svg+xml", "image/png", "text/html"} <= kinds_of_output(done)
     texts = [out.text for cell in done.cells for out in cell.get("outputs", []) if "text" in out]
@@ -110,9 +131,9 @@ def test_runs_from_top_to_bottom(path, folder):
         "warnings.warn_explicit('old', DrakeDeprecationWarning, 'somewhere.py', 1)",
     ],
 )
-def test_a_failing_cell_or_a_warning_fails_the_notebook(code, folder):
+def test_a_failing_cell_or_a_warning_fails_the_notebook(code, folder, kernel):
     with pytest.raises(CellExecutionError):
-        execute(new_notebook(cells=[new_code_cell(code)]), folder)
+        execute(new_notebook(cells=[new_code_cell(code)]), folder, kernel)
 
 
 @every_notebook
@@ -133,6 +154,11 @@ def test_has_one_title_with_its_number_and_not_too_many_cells(path):
     assert notebook.cells[0].source.startswith(f"# {int(path.name[:2])}. ")
     assert len(notebook.cells) <= MOST_CELLS
     assert not [cell for cell in notebook.cells if not cell.source.strip()]
+
+
+@every_notebook
+def test_installs_what_it_needs_where_that_is_missing(path):
+    assert sources(read(path), "code")[0] == INSTALL
 
 
 @every_notebook

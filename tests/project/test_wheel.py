@@ -18,10 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archives import build_archives, new_environment, run
 from library_tree import FOLDERS, MODULES, PYPROJECT, ROOT, files
 
-# 3.11 gets the last Drake that supports it, 3.12 the newest.
-PYTHONS = ("3.11", "3.12")
+# 3.11 gets the last Drake that supports it, the others the newest.
+PYTHONS = ("3.11", "3.12", "3.13")
 # Imported where numba is installed, which the extra `fast` brings.
 WITH_NUMBA = {
     "geoimp_drake.compilation.kept_arguments",
@@ -29,33 +30,11 @@ WITH_NUMBA = {
     "geoimp_drake.compilation.small_array_operations",
     "geoimp_drake.compilation.small_array_type",
 }
-NO_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")
-
-
-def run(*command: str | Path, cwd: Path, **environment: str) -> str:
-    """Runs a command as a user would, outside of this test's environment; returns its output."""
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV"))}
-    done = subprocess.run(
-        list(map(str, command)), cwd=cwd, env=kept | environment, text=True, capture_output=True
-    )
-    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
 
 
 @pytest.fixture(scope="session")
-def archives(tmp_path_factory) -> Path:
-    """A folder with the source archive and the wheel that was built from it, not from the tree."""
-    folder = tmp_path_factory.mktemp("archives")
-    copy = folder / "copy"
-    shutil.copytree(ROOT, copy, symlinks=True, ignore=shutil.ignore_patterns(*NO_SOURCE))
-    run(sys.executable, "-m", "build", "--outdir", folder, copy, cwd=folder)
-    return folder
-
-
-@pytest.fixture(scope="session")
-def wheel(archives) -> Path:
-    (path,) = archives.glob("*.whl")
-    return path
+def wheel(tmp_path_factory) -> Path:
+    return build_archives(tmp_path_factory.mktemp("archives"))
 
 
 @functools.cache
@@ -80,10 +59,7 @@ def python(request, wheel, tmp_path_factory) -> Iterator[Path]:
     if base is None:
         pytest.skip(f"there is no Python {request.param} on this machine that runs")
     folder = tmp_path_factory.mktemp("environment")
-    run(base, "-m", "venv", folder / "venv", cwd=folder)
-    installed = folder / "venv" / "bin" / "python"
-    run(installed, "-m", "pip", "install", "--no-compile", wheel, cwd=folder)
-    yield installed
+    yield new_environment(folder, base, str(wheel))
     shutil.rmtree(folder)  # half a gigabyte, which pytest would keep for three runs
 
 
@@ -129,15 +105,14 @@ def test_metadata_are_those_declared(wheel):
 
 
 @pytest.mark.parametrize("archive", ["wheel", "sdist"])
-def test_licence_comes_along(archives, archive):
+def test_licence_comes_along(wheel, archive):
     licence = (ROOT / "LICENSE").read_bytes()
     if archive == "wheel":
-        (path,) = archives.glob("*.whl")
-        content = zipfile.ZipFile(path)
+        content = zipfile.ZipFile(wheel)
         (name,) = [n for n in content.namelist() if n.endswith(".dist-info/licenses/LICENSE")]
         assert content.read(name) == licence
     else:
-        (path,) = archives.glob("*.tar.gz")
+        (path,) = wheel.parent.glob("*.tar.gz")
         with tarfile.open(path) as content:
             assert (
                 content.extractfile(f"{path.name.removesuffix('.tar.gz')}/LICENSE").read()
