@@ -6,8 +6,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OUT ?= results
+PDF_ENGINE ?= xelatex
 
-.PHONY: run test lint format types tests docs dist browser clean
+.PHONY: run test lint format types tests docs dist paper browser clean
 
 run: $(STAMP) # prints where the report is; started again, it does what is missing
 	@$(BIN)/geoimp reproduce --out $(OUT)
@@ -32,6 +33,11 @@ dist: $(STAMP) # the archives of a release, checked; a test looks at what they c
 	rm -rf dist
 	$(BIN)/python -m build
 	$(BIN)/twine check --strict dist/*
+
+paper: # needs pandoc, and what makes PDF for it: xelatex, or weasyprint, which pip installs
+	@command -v pandoc > /dev/null || { echo "pandoc is not installed: apt-get install pandoc"; exit 1; }
+	mkdir -p build
+	cd paper && pandoc paper.md --citeproc --pdf-engine=$(PDF_ENGINE) -o ../build/paper.pdf
 
 browser: # the pages are tested in Chromium; where it cannot be installed, a test says what to do
 	@for name in chromium chromium-browser google-chrome; do \
