@@ -52,8 +52,9 @@ class CompliantArm:
             "wrench_true": self.controller.GetOutputPort("wrench_true"),
             "energy": self.controller.GetOutputPort("energy"),
         }
-        if self.controller.HasOutputPort("limited"):
-            ports["limited"] = self.controller.GetOutputPort("limited")
+        for name in ("limited", "compensation"):
+            if self.controller.HasOutputPort(name):
+                ports[name] = self.controller.GetOutputPort(name)
         if setup.is_another_world:
             ports["motion_E_known"] = self.controller.GetOutputPort("measured_motion")
         record_arm(setup.recorder, setup.plant, self.name, ports)

@@ -5,6 +5,7 @@
 ```
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from geoimp_drake.diagrams.setups.setup_builder import SetupBuilder
 from geoimp_drake.diagrams.setups.single_arm_scenario import CELL_OF_ARM, SingleArmScenario
 from geoimp_drake.diagrams.setups.true_plant import add_friction
 
-__all__ = ["add_single_arm", "build_single_arm"]
+__all__ = ["add_single_arm", "build_single_arm", "model_of_single_arm"]
 
 
 def build_single_arm(
@@ -77,6 +78,20 @@ def _record_contact(setup: SetupBuilder[Any]) -> None:
     force = setup.builder.AddSystem(ContactForce())
     setup.builder.Connect(setup.plant.get_contact_results_output_port(), force.get_input_port())
     setup.recorder.record("body/force", force.get_output_port())
+
+
+def model_of_single_arm(scenario: SingleArmScenario) -> ControlModel:
+    """Returns the arm as a scenario's controller knows it, without weight if a robot holds that.
+
+    Raises:
+        ConfigurationError: the scenario cannot be used.
+    """
+    plant = MultibodyPlant(scenario.plant.time_step)
+    E, _ = add_single_arm(plant, replace(scenario, surface=None, body=None))
+    robot = scenario.robot
+    has_weight = robot is None or robot.driver.kind == "plant"
+    arm = plant.GetModelInstanceByName(scenario.arm)
+    return ControlModel.of_arm(plant, arm, E, gravity=has_weight)
 
 
 def add_single_arm(plant: MultibodyPlant, scenario: SingleArmScenario) -> tuple[Frame, Joint]:

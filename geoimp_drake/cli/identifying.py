@@ -30,6 +30,12 @@ def add_identify(subparsers: Any) -> None:
         "a number.",
     )
     parser.add_argument("log", type=Path, metavar="LOG", help="folder of a run, or its log.npz")
+    parser.add_argument(
+        "--friction",
+        action="store_true",
+        help="tell Coulomb and viscous friction of each joint instead, with the lines for "
+        "remedies.friction; every joint has to move both ways in free space",
+    )
     parser.add_argument("--frame", choices=("C", "E"), help="one of the two only")
     parser.add_argument(
         "--scenario", type=Path, metavar="FILE", help="of the run (scenario.yaml beside the log)"
@@ -47,8 +53,10 @@ def identify(options: argparse.Namespace) -> int:
     if options.json is not None:
         check_file(options.json)
     file = options.log / "log.npz" if options.log.is_dir() else options.log
-    log = read_log(file)
-    impedance = _asked(options.scenario or file.with_name("scenario.yaml"))
+    log, scenario = read_log(file), _asked(options.scenario or file.with_name("scenario.yaml"))
+    if options.friction:
+        return _tell_friction(log, scenario, options.json)
+    impedance = _impedance(scenario)
     readings = {
         hand: [
             reading
@@ -74,13 +82,66 @@ def _asked(file: Path) -> Any:
             f"{file} is not there; what the log was asked to show is in its scenario: give it with "
             f"--scenario."
         )
-    scenario = get_experiment(named_in(file)).scenario((read_layer(file),))
+    return get_experiment(named_in(file)).scenario((read_layer(file),))
+
+
+def _impedance(scenario: Any) -> Any:
     if getattr(scenario, "inertia", None) == "natural":
         raise ConfigurationError(
-            f"{file} has inertia: natural: the mass is the arm's own and changes with its posture, "
-            f"which one M, D, K cannot show. Identify a run with inertia: desired."
+            "The scenario has inertia: natural: the mass is the arm's own and changes with its "
+            "posture, which one M, D, K cannot show. Identify a run with inertia: desired."
         )
     return scenario.impedance
+
+
+def _tell_friction(log: Any, scenario: Any, json_file: Path | None) -> int:
+    """Tells which friction a log shows of each joint. Returns the exit status."""
+    from geoimp_drake.analysis.friction import friction_from_log
+    from geoimp_drake.diagrams.setups.single_arm import model_of_single_arm
+    from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+    from geoimp_drake.output_folder import write_file
+
+    if not isinstance(scenario, SingleArmScenario):
+        raise ConfigurationError(
+            "The scenario has two arms, and friction is identified of one. Give the log of a run "
+            "of one arm."
+        )
+    found = friction_from_log(log, scenario.arm, model_of_single_arm(scenario))
+    rows: list[tuple[str, ...]] = [("joint", "Coulomb [Nm, N]", "± 95 %", "viscous*", "± 95 %")]
+    for joint in found:
+        values = [
+            (_number(value), f"{width:.2g}")
+            for value, width in zip((joint.coulomb, joint.viscous), joint.half_widths, strict=True)
+        ]
+        rows.append((joint.name, *values[0], *values[1]))
+    print(_table(rows))
+    print("* beyond the model's [Nms/rad, Ns/m]\nfor the scenario, 0 for what is not seen:")
+    coulomb, viscous = (
+        ", ".join(f"{getattr(joint, name) or 0.0:.4g}" for joint in found)
+        for name in ("coulomb", "viscous")
+    )
+    print(f"remedies:\n  friction: {{ coulomb: [{coulomb}], viscous: [{viscous}] }}")
+    if json_file is not None:
+        told = [{**asdict(joint), "half_widths": _finite(joint.half_widths)} for joint in found]
+        write_file(json_file, json.dumps(told, indent=2) + "\n")
+    return SUCCESS
+
+
+def _number(value: float | None) -> str:
+    return "not seen" if value is None else f"{value:.4g}"
+
+
+def _finite(values: tuple[float, ...]) -> list[float | None]:
+    """Returns numbers for JSON, which has no infinity: null."""
+    return [None if value == float("inf") else value for value in values]
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
 
 
 def _plain(reading: "Reading") -> dict[str, Any]:
@@ -95,17 +156,12 @@ def _plain(reading: "Reading") -> dict[str, Any]:
 def _text(hand: str, reading: "Reading") -> str:
     rows: list[tuple[str, ...]] = [("", "axis", "asked", "found", "± 95 %", "error")]
     rows += [_row(estimate) for estimate in reading.estimates]
-    widths = [max(len(row[i]) for row in rows) for i in range(6)]
-    table = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
     error = "nothing found" if (e := reading.mean_error) is None else f"mean error {100 * e:.2g} %"
     return "\n".join(
         [
             f"{hand}, {reading.part} of {reading.frame}: {error}, "
             f"condition {reading.condition:.3g}, misfit {100 * reading.misfit:.2g} %",
-            *table,
+            _table(rows),
         ]
     )
 

@@ -23,6 +23,7 @@ from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.null_space_gain import null_space_gain
 from geoimp_drake.parts.passivity import Passivity, PassivityConfig
+from geoimp_drake.parts.remedies_config import RemediesConfig
 from geoimp_drake.task_functions.config import TaskConfig
 from geoimp_drake.task_functions.posture import POSTURE_RATE, Posture
 from geoimp_drake.task_functions.task_function import TaskFunction
@@ -220,6 +221,7 @@ class ImpedanceControllerConfig(SchemeConfig):
     limits: LimitsConfig | None = field(default_factory=LimitsConfig)  # null: they are not kept
     reference: ReferenceConfig | None = None  # of the scheme admittance; null for its defaults
     passivity: PassivityConfig = field(default_factory=PassivityConfig)
+    remedies: RemediesConfig = field(default_factory=RemediesConfig)  # of the inner loop
     form: str = "blocks"  # or compiled: one system, which is faster
 
     def validate(self, name: str) -> None:
@@ -231,6 +233,9 @@ class ImpedanceControllerConfig(SchemeConfig):
         if self.scheme == "direct" and not self.is_natural:
             self.sampling.check_impedance(key(name, "sampling"), self.impedance)
         self.check_is_streamed(key(name, "reference"), self.reference)
+        remedies = key(name, "remedies")
+        self.remedies.check_scheme(remedies, self.scheme, is_natural=self.is_natural)
+        self.remedies.check_rate(remedies, min(self.motion.K_Dp, self.motion.K_Do))
         if self.is_natural:
             why = "natural inertia has no gains that could change through it"
             self.passivity.refuse(key(name, "passivity"), why)

@@ -12,6 +12,7 @@ from geoimp_drake.parts.internal_impedance import InternalGains, InternalImpedan
 from geoimp_drake.parts.joint_limits import LimitsConfig
 from geoimp_drake.parts.object_load import OBJECT_WRENCHES, ObjectLoad
 from geoimp_drake.parts.reference_hold import ReferenceHoldConfig
+from geoimp_drake.parts.remedies_config import RemediesConfig
 from geoimp_drake.validation import choice, key
 
 __all__ = ["CooperativeControllerConfig", "InternalGains", "MutualPose", "ObjectLoad"]
@@ -33,6 +34,7 @@ class CooperativeControllerConfig:
     internal: InternalImpedanceConfig = field(default_factory=InternalImpedanceConfig)
     monitor: GraspMonitorConfig = field(default_factory=GraspMonitorConfig)
     opened: ReferenceHoldConfig = field(default_factory=ReferenceHoldConfig)
+    remedies: RemediesConfig = field(default_factory=RemediesConfig)  # of both inner loops
     scheme: str = "inner-loop"  # there is no other for two arms
     form: str = "blocks"  # or compiled: one system, which is faster
 
@@ -45,6 +47,8 @@ class CooperativeControllerConfig:
         if self.monitor.enabled:
             self.monitor.check_period(key(name, "monitor"), self.sampling.period)
         self.sampling.check_motion(key(name, "sampling"), self.motion)
+        damping = min(self.motion.K_Dp, self.motion.K_Do)
+        self.remedies.check_rate(key(name, "remedies"), damping)
 
     def _check_scheme(self, name: str) -> None:
         choice(self.scheme, name, SCHEMES)

@@ -109,7 +109,9 @@ def make_cooperative_controller(
         output limited_1: what its limits do since the last step began, `Limited` (10)
         output limited_2: the same of the second (10)
 
-        With null for limits there are no ports `limited_1` and `limited_2`.
+        With null for limits there are no ports `limited_1` and `limited_2`. With `config.remedies`
+        there are outputs `compensation_1` and `compensation_2`, which `actuation_1` and `_2`
+        contain: see `systems.arm.remedies`.
 
         With the monitor switched off there are no ports `opened` and `release`. With sensors,
         inputs for the plant's outputs (`reaction_forces`, `state` and what else they read) replace
@@ -181,7 +183,9 @@ def cooperative_parts(
     redundancies = config.redundancy_1, config.redundancy_2
     kept = config.limits, config.impedance.masses()
     return held, [
-        InnerLoopParts.of(model, config.motion, config.sampling, redundancy, *kept, task)
+        InnerLoopParts.of(
+            model, config.motion, config.sampling, redundancy, *kept, task, config.remedies
+        )
         for model, redundancy, task in zip(models, redundancies, task_functions, strict=True)
     ]
 
@@ -248,6 +252,8 @@ def _of_blocks(
         if arms[k - 1].limits.is_on:
             reports.append("limited")
             builder.Connect(loop.GetOutputPort("slack"), ports.slacks[k - 1])
+        if arms[k - 1].remedies is not None:
+            reports.append("compensation")
         for name in reports:
             builder.ExportOutput(loop.GetOutputPort(name), f"{name}_{k}")
     connect_wrenches(builder, wrists, wrenches, references)

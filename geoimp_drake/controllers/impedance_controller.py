@@ -119,6 +119,9 @@ def make_impedance_controller(
         `config.passivity.damping` there are outputs `damping_scale`, `given_out` and `alternating`
         of `systems.adaptive_damping`.
 
+        With `config.remedies` there is an output `compensation`, what they add to the torques,
+        which `actuation` contains: see `systems.arm.remedies`.
+
         With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
         reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
         `peak_reading` as `ForceTorqueSensor` has them.
@@ -205,6 +208,7 @@ def controller_parts(
         config.limits,
         config.impedance.masses(),
         task_function,
+        config.remedies,
     )
 
 
@@ -233,7 +237,8 @@ def _of_blocks(
     else:
         builder.Connect(loop.arm, compliant.GetInputPort("arm"))
     # The inner loop tracks C in the place of D.
-    builder.Connect(compliant.GetOutputPort("compliant_motion"), *loop.inputs["reference_motion"])
+    for target in loop.inputs["reference_motion"]:
+        builder.Connect(compliant.GetOutputPort("compliant_motion"), target)
     builder.ExportInput(*loop.inputs["estimated_state"], "estimated_state")
     builder.ExportInput(compliant.GetInputPort("desired_motion"), "desired_motion")
     wrenches = [compliant.GetInputPort("wrench")]

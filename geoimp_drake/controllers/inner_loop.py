@@ -12,12 +12,15 @@ from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
+from geoimp_drake.parts.remedies import Remedies
+from geoimp_drake.parts.remedies_config import RemediesConfig
 from geoimp_drake.systems.arm.arm_model import ArmModel
 from geoimp_drake.systems.arm.constrained_acceleration import ConstrainedAcceleration
 from geoimp_drake.systems.arm.inverse_dynamics_inner_loop import InverseDynamicsInnerLoop
 from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.arm.remedies import Remedies as RemediesBlock
 from geoimp_drake.task_functions.task_function import TaskFunction
 
 __all__ = ["InnerLoopParts", "InnerLoopPorts", "add_inner_loop", "make_inner_loop"]
@@ -32,6 +35,7 @@ class InnerLoopParts:
     motion: MotionControl
     null_space: NullSpace
     limits: JointLimits
+    remedies: Remedies | None = None
 
     @staticmethod
     def of(
@@ -42,6 +46,7 @@ class InnerLoopParts:
         limits: LimitsConfig | None = None,
         masses: Masses | None = None,
         task_function: TaskFunction | None = None,
+        remedies: RemediesConfig | None = None,
     ) -> "InnerLoopParts":
         """Returns the parts.
 
@@ -53,17 +58,22 @@ class InnerLoopParts:
             limits: how the joints' limits are kept; None for not at all.
             masses: of the impedance; unit matrices by default.
             task_function: in the place of the configured one.
+            remedies: against what the model does not know; None for none.
 
         Raises:
             ConfigurationError: a configuration cannot be used for the arm.
         """
         null_space = redundancy.make(model, task_function, sampling.period)
         kept = JointLimits(model, limits, masses, redundancy.damping)
-        return InnerLoopParts(model, sampling.make(model), motion.make(), null_space, kept)
+        tracking, added = motion.make(), None
+        if remedies is not None and remedies.is_on:
+            added = Remedies(model, remedies, tracking, sampling.period, redundancy.damping)
+        return InnerLoopParts(model, sampling.make(model), tracking, null_space, kept, added)
 
     def loop(self, arm: int = 0) -> InnerLoop:
         """Returns the one part; `arm` is the number of the arm if there are several."""
-        return InnerLoop(self.model, self.readings, self.motion, self.null_space, self.limits, arm)
+        parts = self.model, self.readings, self.motion, self.null_space, self.limits
+        return InnerLoop(*parts, arm, self.remedies)
 
 
 @dataclass(frozen=True)
@@ -85,7 +95,8 @@ def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopP
     wrench ──────────────────────────────────────────────────┴──────────────┘
     ```
 
-    Without limits there is no block of that name.
+    Without limits there is no block of that name. With remedies a block of that name adds to the
+    torques, from readings, reference motion and wrench.
 
     Args:
         builder: where they are added.
@@ -114,19 +125,29 @@ def add_inner_loop(builder: DiagramBuilder, parts: InnerLoopParts) -> InnerLoopP
         wrenches.append(limits.GetInputPort("wrench"))
         limited = {name: limits.GetOutputPort(name) for name in ("limited", "slack")}
     builder.Connect(last.GetOutputPort(alpha), torque.GetInputPort(alpha))
+    references, reported, added = [motion.GetInputPort("reference_motion")], torque, {}
+    if parts.remedies is not None:
+        reported = remedies = builder.AddNamedSystem("remedies", RemediesBlock.of(parts.remedies))
+        builder.Connect(torque.GetOutputPort("actuation"), remedies.GetInputPort("torque"))
+        state = "estimated_state"
+        builder.Connect(readings.GetOutputPort(state), remedies.GetInputPort(state))
+        references.append(remedies.GetInputPort("reference_motion"))
+        wrenches.append(remedies.GetInputPort("wrench"))
+        added = {"compensation": remedies.GetOutputPort("compensation")}
     reports = ("smallest_singular_value", "null_space_error", "task_value")
     return InnerLoopPorts(
         {
             "estimated_state": [readings.GetInputPort("state")],
-            "reference_motion": [motion.GetInputPort("reference_motion")],
+            "reference_motion": references,
             "wrench": wrenches,
         },
         {
-            "actuation": torque.GetOutputPort("actuation"),
+            "actuation": reported.GetOutputPort("actuation"),
             "measured_motion": arm.GetOutputPort("motion_E"),
-            "peak_effort": torque.GetOutputPort("peak_effort"),
+            "peak_effort": reported.GetOutputPort("peak_effort"),
             **{name: redundancy.GetOutputPort(name) for name in reports},
             **limited,
+            **added,
         },
         arm.GetOutputPort("arm"),
     )

@@ -98,8 +98,9 @@ class ImpedanceController:
         self.samplings = [(loop.readings.period, self._read)]
         if sensor is not None:
             self.samplings.append((sensor.period, self._sense))
+        loop_reports = loop.outputs(self.memory.arm)
         self.outputs = [
-            Output("actuation", n, self._write_torque, torque),
+            Output("actuation", n, self._write_torque, (*torque, "memory")),
             Output("compliant_motion", FRAME_MOTION_SIZE, _write_motion, (found,)),
             Output("measured_motion", FRAME_MOTION_SIZE, self._write_measured, reading),
             Output("displacement", 6, self._write_displacement, (found, "desired_motion")),
@@ -109,7 +110,7 @@ class ImpedanceController:
                 self._write_energy,
                 (found, "desired_motion", *passivity.inputs),
             ),
-            held("peak_effort", nested(self.memory.arm, loop.memory.peak)),
+            *loop_reports[:1],
             held("last_compliant_motion", self._last),
             # With six joints it is wanted near a singularity, where there may be no torque.
             Output("smallest_singular_value", 1, self._write_singular_value, reading),
@@ -117,8 +118,7 @@ class ImpedanceController:
             Output("task_value", 1, self._write_task_value, torque),
         ]
         self.outputs += passivity.outputs(self.memory.passivity)
-        if loop.limits.is_on:
-            self.outputs.append(held("limited", nested(self.memory.arm, loop.limited)))
+        self.outputs += loop_reports[1:]
         if sensor is not None:
             self.outputs += [
                 output.within(self._of_sensor, self.inputs) for output in sensor.outputs
@@ -222,7 +222,8 @@ class ImpedanceController:
         return Within(now, {}, given, memory[self.memory.sensor], place=1)
 
     def _write_torque(self, now: Now, u: Array) -> None:
-        u[:] = self._resolved(now).arm.u
+        found = self._resolved(now)
+        u[:] = self._loop.actuation(now.memory[self.memory.arm], found.arm)
 
     def _write_measured(self, now: Now, motion: Array) -> None:
         self._loop.write_motion(self._remembered(now)[self.memory.arm], now, motion)

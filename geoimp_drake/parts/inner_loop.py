@@ -27,7 +27,8 @@ from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
-from geoimp_drake.parts.part import Memory, Now, nested
+from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
+from geoimp_drake.parts.remedies import Remedies
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.parts.torque import Saturation
 from geoimp_drake.parts.within import Within
@@ -52,6 +53,7 @@ class InnerLoop:
         null_space: of an arm of more than six joints.
         limits: of the arm.
         arm: its number where there are several, from one on; then the inputs' names end with it.
+        remedies: against what the model does not know; None for none.
 
     Attributes:
         model: the arm.
@@ -71,6 +73,7 @@ class InnerLoop:
         null_space: NullSpace,
         limits: JointLimits,
         arm: int = 0,
+        remedies: Remedies | None = None,
     ):
         n = model.num_joints
         self.model, self.readings = model, readings
@@ -80,11 +83,13 @@ class InnerLoop:
         self._label = f", arm {arm}" if arm else ""
         self.is_redundant = n > TASK_DIMENSION
         self._motion, self._null_space, self._saturation = motion, null_space, Saturation(model)
+        self._remedies = remedies
         self.memory = Memory(
             readings=readings.memory,
             posture=null_space.memory,
             peak=self._saturation.memory,
             limits=limits.memory,
+            remedies=Memory() if remedies is None else remedies.memory,
         )
         self.limited = nested(self.memory.limits, limits.memory.limited)
         self._acts = self.memory.limits.start + limits.memory.acts
@@ -150,6 +155,8 @@ class InnerLoop:
         """Takes another reading."""
         signals = now.workspace[self._place].reading
         self.readings.take(memory[self.memory.readings], now, self._port, signals)
+        if self._remedies is not None:
+            self._remedies.sample(memory[self.memory.remedies], now)
 
     def has_reading(self, memory: Array) -> bool:
         """Whether there has been a reading."""
@@ -226,6 +233,34 @@ class InnerLoop:
         limited = self._resolve(now, signals)
         return error[:-1], task.value, float(error[-1]), limited
 
+    def outputs(self, place: slice, suffix: str = "") -> list[Output]:
+        """Returns those of what is remembered, whose names end with `suffix`.
+
+        Args:
+            place: of this part's memory in that of the whole.
+            suffix: of the names.
+        """
+        peak, reports = self.memory.peak, []
+        if self.limits.is_on:
+            reports.append(held(f"limited{suffix}", nested(place, self.limited)))
+        if self._remedies is not None:
+            own, places = self.memory.remedies, self._remedies.memory
+            peak = nested(own, places.peak)
+            added = nested(place, own, places.compensation)
+            reports.append(held(f"compensation{suffix}", added))
+        return [held(f"peak_effort{suffix}", nested(place, peak)), *reports]
+
+    def actuation(self, memory: Array, signals: ArmSignals) -> Array:
+        """Returns the torques that the law has written, with what remedies add (n,).
+
+        Args:
+            memory: of this part.
+            signals: of `write_torque`.
+        """
+        if self._remedies is None:
+            return signals.u
+        return self._remedies.actuation(memory[self.memory.remedies], signals.u)
+
     def smallest_singular_value(self, memory: Array, now: Now) -> float:
         """Returns that of the Jacobian of E, in rad and m.
 
@@ -241,7 +276,7 @@ class InnerLoop:
     def compare_with_limits(
         self, memory: Array, signals: ArmSignals, bound: float, limited: Array, now: Now
     ) -> None:
-        """Remembers what limits do and the largest torques; warns of what is new.
+        """Remembers what limits do and the largest torques, finds what remedies add; warns.
 
         That is a limit that acts, a saturation, and a K_n that is too large.
 
@@ -255,8 +290,9 @@ class InnerLoop:
         if limited is not UNLIMITED or memory[self._acts]:
             place = memory[self.memory.limits]
             self.limits.keep(place, limited, now.system + self._label, now.time)
-        passed = signals.compare(memory, self.memory.peak)
-        if passed:
+        if self._remedies is not None:
+            self._remedy(memory, signals, now)
+        elif passed := signals.compare(memory, self.memory.peak):
             saturated = self._saturation.which(passed)
             self._saturation.report(saturated, signals.u, now.system + self._label, now.time)
         if self._null_space.watch is not None:
@@ -267,6 +303,19 @@ class InnerLoop:
                 now.system + self._label,
                 now.time,
             )
+
+    def _remedy(self, memory: Array, signals: ArmSignals, now: Now) -> None:
+        """Finds what remedies add in the step that begins."""
+        if self._remedies is None:
+            return
+        given = {
+            "torque": signals.u,
+            "estimated_state": signals.reading,
+            "reference_motion": signals.reference,
+            "wrench": signals.wrench,
+        }
+        view = Within(now, {}, given, label=self._label)
+        self._remedies.begin(memory[self.memory.remedies], NOTHING, view)
 
     def _arm(self, readings: Array) -> ArmState:
         return self._dynamics.evaluate(None, readings[self.model.state_order])

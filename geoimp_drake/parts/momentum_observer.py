@@ -79,16 +79,27 @@ class MomentumObserver:
 
     def sample(self, memory: Array, now: Now) -> None:
         """Moves the observer on to a reading, with the torque over the step that led to it."""
+        self.observe(memory, now)
+        self._tare(memory, now.time)
+        external = self._external(memory)
+        self._wrench(now["estimated_state"], external, memory[self.memory.wrench])
+
+    def observe(self, memory: Array, now: Now, *, is_held: bool = False) -> None:
+        """Moves the residual on to a reading; `is_held` takes the reading and leaves it as it is.
+
+        Args:
+            memory: of this part, moved on.
+            now: the inputs, see `sample`.
+            is_held: whether the residual stays.
+        """
         places, reading = self.memory, now["estimated_state"]
         elapsed = now.time - memory[places.time]
-        moved = elapsed if elapsed > 0 else 0.0
+        moved = elapsed if elapsed > 0 and not is_held else 0.0
         terms = memory[places.momentum], memory[places.forces], memory[places.residual]
         if not self._law(reading, now["torque"], self._config.gain, moved, *terms):
             check_signal(reading, now.port("estimated_state"))
             check_signal(now["torque"], now.port("torque"))
         memory[places.time] = now.time
-        self._tare(memory, now.time)
-        self._wrench(reading, self._external(memory), memory[places.wrench])
 
     def _tare(self, memory: Array, time: float) -> None:
         """Takes the mean of the residual in the second half of the time given for it."""

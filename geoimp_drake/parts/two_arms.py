@@ -104,8 +104,7 @@ class TwoArms:
         return [
             Output(f"actuation_{k}", n, torque, ("found", "time")),
             Output(f"measured_motion_{k}", FRAME_MOTION_SIZE, measured, reading),
-            held(f"peak_effort_{k}", nested(place, loop.memory.peak)),
-            *([held(f"limited_{k}", nested(place, loop.limited))] if loop.limits.is_on else []),
+            *loop.outputs(place, f"_{k}"),
         ]
 
     def new_workspace(self) -> list[Any]:
@@ -195,7 +194,8 @@ class TwoArms:
 
     def _write_torque(self, k: int, now: Now, u: Array) -> None:
         self._resolved(k, now)
-        u[:] = now.found.arms[k].u
+        memory = now.memory[self._arms[k - 1]]
+        u[:] = self._loops[k - 1].actuation(memory, now.found.arms[k])
 
     def _resolved(self, k: int, now: Now) -> tuple[float, Array]:
         """Finds the torques of arm k at this time; returns the bound for K_n and `Limited`."""

@@ -4,18 +4,15 @@ import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.sensing.load_identification import (
     IdentifiedLoad,
     identify_load,
     identify_load_from_joints,
 )
+from geoimp_drake.simulation.log_data import joint_columns
 from geoimp_drake.typing import Array
 
 __all__ = ["identify_from_log"]
-
-# Velocities are differenced over both neighbours of a row.
-_FEWEST_ROWS = 20
 
 
 def identify_from_log(
@@ -37,7 +34,7 @@ def identify_from_log(
         ConfigurationError: the log is not of this arm, too short, or its motion does not tell a
             load from a bias; the message has the condition number.
     """
-    t, q, v, u, wrench = _columns(log, arm, model)
+    t, q, v, u, wrench = joint_columns(log, arm, model)
     dv, readings, moving = np.gradient(v, t, axis=0), [], _Moving(model, gravity)
     places = [moving.at(*row) for row in zip(q, v, dv, strict=True)]
     attitudes, jacobians, torques, speeds = (list(part) for part in zip(*places, strict=True))
@@ -71,26 +68,3 @@ class _Moving:
         if self._holds:
             torque -= plant.CalcGravityGeneralizedForces(context)
         return E.CalcPoseInWorld(context).rotation().matrix(), J, torque, J @ v
-
-
-def _columns(log: dict[str, Array], arm: str, model: ControlModel) -> tuple[Array, ...]:
-    """Returns t, and q, v, torques (each base first) and wrench of the rows that are known."""
-    names, n = ("q", "v", "u", "wrench"), model.num_joints
-    missing = [f"{arm}/{name}" for name in names if f"{arm}/{name}" not in log]
-    if missing:
-        raise ConfigurationError(
-            f"The log has no {', '.join(missing)}; it has {', '.join(log)}. Give log.npz of a run "
-            f"or a drive of the arm '{arm}'."
-        )
-    q, v, u, wrench = (log[f"{arm}/{name}"] for name in names)
-    if q.shape[1] != n:
-        raise ConfigurationError(f"The log's arm has {q.shape[1]} joints, '{arm}' has {n}.")
-    known = np.isfinite(np.hstack((log["t"][:, None], q, v, u, wrench))).all(axis=1)
-    if known.sum() < _FEWEST_ROWS:
-        raise ConfigurationError(
-            f"The log has {known.sum()} rows without gaps; a load needs {_FEWEST_ROWS} or more."
-        )
-    order = model.state_order
-    q, v = q[:, order[:n]], v[:, order[n:] - n]
-    columns = (log["t"], q, v, u[:, np.argsort(model.actuation_order)], wrench)
-    return tuple(column[known] for column in columns)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.joint_limits import Limited
@@ -15,7 +16,10 @@ from geoimp_drake.typing import Array
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["load_log", "read_log"]
+__all__ = ["joint_columns", "load_log", "read_log"]
+
+# Of the joints; velocities are differenced over both neighbours of a row.
+_FEWEST_ROWS = 20
 
 # What the components of one dimension are: their names, each with its unit.
 _Components = dict[str, str]
@@ -41,6 +45,7 @@ _JOINT = {
     "set_point": ("rad", "m"),
     "v": ("rad/s", "m/s"),
     "u": ("N m", "N"),
+    "compensation": ("N m", "N"),
     "prismatic": ("1", "1"),
 }
 _ON_TRACK = "seven"
@@ -158,3 +163,35 @@ def _read_beside(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{path} cannot be read: {error}") from error
+
+
+def joint_columns(log: dict[str, Array], arm: str, model: ControlModel) -> tuple[Array, ...]:
+    """Returns t, and q, v, torques (each base first) and wrench of the rows that are known.
+
+    Args:
+        log: of a run or a drive, by its keys.
+        arm: whose.
+        model: the arm.
+
+    Raises:
+        ConfigurationError: the log is not of this arm, or too short.
+    """
+    names, n = ("q", "v", "u", "wrench"), model.num_joints
+    missing = [f"{arm}/{name}" for name in names if f"{arm}/{name}" not in log]
+    if missing:
+        raise ConfigurationError(
+            f"The log has no {', '.join(missing)}; it has {', '.join(log)}. Give log.npz of a run "
+            f"or a drive of the arm '{arm}'."
+        )
+    q, v, u, wrench = (log[f"{arm}/{name}"] for name in names)
+    if q.shape[1] != n:
+        raise ConfigurationError(f"The log's arm has {q.shape[1]} joints, '{arm}' has {n}.")
+    known = np.isfinite(np.hstack((log["t"][:, None], q, v, u, wrench))).all(axis=1)
+    if known.sum() < _FEWEST_ROWS:
+        raise ConfigurationError(
+            f"The log has {known.sum()} rows without gaps; a motion needs {_FEWEST_ROWS} or more."
+        )
+    order = model.state_order
+    q, v = q[:, order[:n]], v[:, order[n:] - n]
+    columns = (log["t"], q, v, u[:, np.argsort(model.actuation_order)], wrench)
+    return tuple(column[known] for column in columns)

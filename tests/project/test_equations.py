@@ -12,7 +12,7 @@ from library_tree import MODULES, ROOT, parsed
 
 TEXT = (ROOT / "EQUATIONS.md").read_text(encoding="utf-8")
 TABLES, _, LISTS = TEXT.partition("\n## The others\n")
-NUMBER = r"\(\d\.\d+(?: (?:coupled|direct|natural|trace))?\)|\([AL]\.\d\)|Table \d\.\d+"
+NUMBER = r"\(\d\.\d+(?: (?:coupled|direct|natural|trace))?\)|\([ALR]\.\d\)|Table \d\.\d+"
 
 # Every equation of the chapter, those that have a name instead of a number of their own, and the
 # library's own about limits and admittance.
@@ -30,6 +30,7 @@ CHAPTER = [
     "(3.31 coupled)",
     *(f"(L.{k})" for k in range(1, 10)),
     "(A.1)",
+    *(f"(R.{k})" for k in range(1, 5)),
 ]
 
 
@@ -80,7 +81,7 @@ def test_every_equation_of_the_chapter_is_accounted_for_once():
 def test_every_line_of_a_table_is_read_with_all_its_entries():
     """What the patterns here do not understand would otherwise be tested by nobody."""
     lines = [line for line in TABLES.splitlines() if line.startswith("| ") and "---" not in line]
-    assert len(lines) == len(ROWS) + 4  # headings
+    assert len(lines) == len(ROWS) + 5  # headings
     assert sum(line.count("](") for line in lines) == sum(len(row.functions) for row in ROWS)
     assert sum(line.count("::") for line in lines) == sum(len(row.tests) for row in ROWS)
 

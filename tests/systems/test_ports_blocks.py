@@ -28,6 +28,9 @@ from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.diagrams.scene.colliding_body import ContactForce
 from geoimp_drake.diagrams.setups.joint_errors import VectorFunction
 from geoimp_drake.models import package_map
+from geoimp_drake.parts import remedies as remedies_part
+from geoimp_drake.parts.motion_control import MotionControl
+from geoimp_drake.parts.remedies_config import IntegralConfig, RemediesConfig
 from geoimp_drake.parts.wrist_sensor_config import (
     SensorMounting,
     ToolLoad,
@@ -48,6 +51,7 @@ from geoimp_drake.systems.arm.inverse_kinematics import InverseKinematics
 from geoimp_drake.systems.arm.joint_readings import JointReadings
 from geoimp_drake.systems.arm.motion_controller import MotionController
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
+from geoimp_drake.systems.arm.remedies import Remedies
 from geoimp_drake.systems.cooperation.cooperative_kinematics import CooperativeKinematics
 from geoimp_drake.systems.cooperation.cooperative_reference_generator import (
     CooperativeReferenceGenerator,
@@ -116,6 +120,11 @@ def safety_limits() -> SafetyLimits:
     return SafetyLimits(six_joint_model(), (np.eye(3),) * 3, config)
 
 
+def remedies() -> Remedies:
+    config = RemediesConfig(integral=IntegralConfig())
+    return Remedies(remedies_part.Remedies(six_joint_model(), config, MotionControl(), 1e-3))
+
+
 def industrial_controller() -> IndustrialController:
     return make_industrial_controller(*six_joint_plant(), None)
 
@@ -151,6 +160,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     MomentumObserver: (lambda: MomentumObserver(six_joint_model()), 6),
     ContactForce: (ContactForce, 0),
     SafetyLimits: (safety_limits, 6),
+    Remedies: (remedies, 6),
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),

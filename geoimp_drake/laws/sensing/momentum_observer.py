@@ -21,7 +21,7 @@ __all__ = ["momentum_residual"]
 def momentum_residual(
     momentum: Array, before: Array, forces: Array, residual: Array, gain: float, elapsed: float
 ) -> Array:
-    """Returns r at the end of a step: r = (r_before + K (p − p_before − Δt n)) / (1 + K Δt).
+    """(R.3) r at the end of a step: r = (r_before + K (p − p_before − Δt n)) / (1 + K Δt).
 
     Args:
         momentum: p = B q̇ (n,).

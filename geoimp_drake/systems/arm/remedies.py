@@ -1,0 +1,40 @@
+"""Torques against what the model of an arm does not know, added to those of its inner loop."""
+
+from geoimp_drake.parts import remedies as part
+from geoimp_drake.systems.part_system import PartSystem
+
+__all__ = ["Remedies"]
+
+
+class Remedies(PartSystem):
+    """Adds to the torques of inverse dynamics what errors of the model ask for.
+
+    Each of three is there if it is configured:
+
+        integral               τ_I = B J† K_I ∫e dt,  e of C from E                     (R.1)
+        friction               τ_F = F_c tanh(q̇_c / v_s) + F_v q̇_c,  q̇_c to follow C     (R.2)
+        disturbance_observer   τ_d = −r,  ṙ = K (τ_dist − r),  by generalized momentum   (R.3)
+
+    The observer subtracts the measured wrench, so that what is left is the model's error; it knows
+    nothing of the friction that is fed forward, and so sees what that leaves. Integral and residual
+    stay as they are while the hand touches something, unless they are told otherwise, and the
+    integral also while a torque is at its limit. On Coulomb friction in contact the observer hunts.
+
+    Args:
+        part: of `geoimp_drake.parts.remedies`, made for the arm.
+
+    Raises:
+        SignalError: an input is NaN or infinite.
+
+    Ports:
+        input torque: of inverse dynamics, in the order of the actuators (n) [Nm or N]
+        input estimated_state: [q; v] of the arm as it was read (2n)
+        input reference_motion: of C, in W (19)
+        input wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
+        output actuation: the torques with what is added, in the order of the actuators (n)
+        output compensation: what is added in this step (n) [Nm or N]
+        output peak_effort: largest torque since the start as a fraction of the limit (n)
+    """
+
+    def __init__(self, part: part.Remedies):
+        super().__init__(part)
