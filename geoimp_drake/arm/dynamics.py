@@ -22,7 +22,7 @@ from geoimp_drake.laws.redundancy.null_space_acceleration import coriolis_produc
 from geoimp_drake.laws.redundancy.null_space_gain import null_space_decay_bound, null_space_force
 from geoimp_drake.typing import Array
 
-__all__ = ["ArmDynamics", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]
+__all__ = ["ArmDynamics", "ChainArm", "ChainDynamics", "DrakeDynamics", "Scratch", "arm_dynamics"]
 
 
 class Scratch:
@@ -52,11 +52,49 @@ class Scratch:
         return self.context
 
 
+class ChainArm:
+    """Where the laws of the chain write an arm, again and again; a copy has its own arrays.
+
+    Args:
+        n: number of joints.
+
+    Attributes:
+        state: the arm.
+        arrays: of it, as `arm_quantities` takes them.
+    """
+
+    def __init__(self, n: int):
+        found, Fv = chain_values(n), np.zeros(n)
+        Q_WE, R_WE, p_WE = np.zeros(4), np.zeros((3, 3)), np.zeros(3)
+        self.arrays = found, Q_WE, R_WE, p_WE, Fv
+        self.state = ArmState(
+            q=found.x[:n],
+            v=found.x[n:],
+            Q_WE=Q_WE,
+            R_WE=R_WE,
+            p_WE=p_WE,
+            V_WE=found.V_WE,
+            Jv_V_WE=found.J,
+            Jdot_v=found.Jdot_v,
+            B=found.B,
+            Cv=found.Cv,
+            Fv=Fv,
+            g=found.g,
+            chain=found,
+        )
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "ChainArm":
+        return ChainArm(len(self.state.q))
+
+
 class ArmDynamics(Protocol):
     """What evaluates an arm."""
 
-    def evaluate(self, scratch: Scratch, state: Array) -> ArmState:
-        """Returns the arm at [q; v] (2n,) in the model's order."""
+    def new_scratch(self) -> Any:
+        """Returns what `evaluate` works with, for one context."""
+
+    def evaluate(self, scratch: Any, state: Array) -> ArmState:
+        """Returns the arm at [q; v] (2n,) in the model's order, until the scratch is used again."""
 
     def null_space(
         self, scratch: Scratch, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
@@ -98,24 +136,16 @@ class ChainDynamics:
         self._quantities = bound(arm_quantities, chain)
         self._null_space = compiled(chain_null_space(self._n))
 
-    def evaluate(self, scratch: Scratch | None, state: Array) -> ArmState:
+    def new_scratch(self) -> ChainArm:
         """See `ArmDynamics`."""
-        found, Q_WE, R_WE, p_WE, Fv = self._quantities(state)
-        return ArmState(
-            q=state[: self._n],
-            v=state[self._n :],
-            Q_WE=Q_WE,
-            R_WE=R_WE,
-            p_WE=p_WE,
-            V_WE=found.V_WE,
-            Jv_V_WE=found.J,
-            Jdot_v=found.Jdot_v,
-            B=found.B,
-            Cv=found.Cv,
-            Fv=Fv,
-            g=found.g,
-            chain=found,
-        )
+        return ChainArm(self._n)
+
+    def evaluate(self, scratch: ChainArm | None, state: Array) -> ArmState:
+        """See `ArmDynamics`; without scratch in arrays of its own."""
+        arm = scratch or ChainArm(self._n)
+        arm.state.chain.x[:] = state
+        self._quantities(*arm.arrays)
+        return arm.state
 
     def null_space(
         self, scratch: Scratch | None, arm: ArmState, gradients: tuple[Array, Array], gains: tuple
@@ -133,6 +163,10 @@ class DrakeDynamics:
 
     def __init__(self, model: ControlModel):
         self._model = model
+
+    def new_scratch(self) -> Scratch:
+        """See `ArmDynamics`."""
+        return Scratch(self._model)
 
     def evaluate(self, scratch: Scratch, state: Array) -> ArmState:
         """See `ArmDynamics`."""

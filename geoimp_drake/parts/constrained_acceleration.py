@@ -6,15 +6,12 @@ from geoimp_drake.arm.control_model import TASK_DIMENSION
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.compositions.limit_test import limit_test
 from geoimp_drake.laws.frame_motion import is_finite
-from geoimp_drake.parts.joint_limits import SLACK, JointLimits, Limited
+from geoimp_drake.parts.joint_limits import SLACK, UNLIMITED, JointLimits
 from geoimp_drake.parts.part import Now, Output, held
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
 
 __all__ = ["ConstrainedAcceleration"]
-
-Found = tuple[Array, Array]
-
 
 class ConstrainedAcceleration:
     """The part of `systems.arm.constrained_acceleration.ConstrainedAcceleration`.
@@ -25,6 +22,7 @@ class ConstrainedAcceleration:
 
     def __init__(self, limits: JointLimits):
         self._limits, self._n, self._law = limits, limits.num_joints, compiled(limit_test)
+        self._is_finite = compiled(is_finite)
         self.inputs = {
             "joint_acceleration": self._n,
             "task_acceleration": TASK_DIMENSION,
@@ -32,6 +30,7 @@ class ConstrainedAcceleration:
             "wrench": 6,
         }
         self.memory = limits.memory
+        self._acts = limits.memory.acts
         self.found_of = tuple(self.inputs)
         self.outputs = (
             Output("joint_acceleration", self._n, _write_acceleration, ("found",)),
@@ -39,26 +38,27 @@ class ConstrainedAcceleration:
             held("limited", limits.memory.limited),
         )
 
-    def new_found(self) -> Found:
-        """Returns arrays for α and `Limited`."""
-        return np.empty(self._n), np.empty(len(Limited.get_fields()))
+    def new_found(self) -> list[Array]:
+        """Returns a list for α and `Limited`."""
+        return [np.empty(self._n), UNLIMITED]
 
-    def find(self, now: Now, found: Found) -> None:
-        """Writes α and `Limited`."""
+    def find(self, now: Now, found: list[Array]) -> None:
+        """Puts α and `Limited` in their places."""
         arm, h, alpha = now["arm"], now["wrench"], now["joint_acceleration"]
-        for name in ("wrench", "joint_acceleration"):
-            if not is_finite(now[name]):
-                check_signal(now[name], now.port(name))
+        for name, value in (("wrench", h), ("joint_acceleration", alpha)):
+            if not self._is_finite(value):
+                check_signal(value, now.port(name))
         x = np.concatenate((arm.q, arm.v))
         dynamics = arm.Jv_V_WE, arm.B, arm.Cv, arm.Fv, arm.g
-        found[0][:], found[1][:] = alpha, 0.0
+        found[:] = alpha, UNLIMITED
         if self._law(*dynamics, h, x, alpha, *self._limits.arguments):
-            a = now["task_acceleration"]
-            found[0][:], found[1][:] = self._limits.constrained(arm, h, a, alpha)
+            found[:] = self._limits.constrained(arm, h, now["task_acceleration"], alpha)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Keeps what the limits do in the step that begins; warns of what does so first."""
-        self._limits.keep(memory, now.found[1], now.system, now.time)
+        limited = now.found[1]
+        if limited is not UNLIMITED or memory[self._acts]:
+            self._limits.keep(memory, limited, now.system, now.time)
 
 
 def _write_acceleration(now: Now, alpha: Array) -> None:

@@ -9,7 +9,7 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.cooperation.half_rotation import check_half_defined
 from geoimp_drake.laws.cooperation.held_object import held_object_motion, held_object_wrenches
 from geoimp_drake.laws.cooperation.object_slack import object_slack
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION, is_frame_motion
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION, is_finite, is_frame_motion
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.object_load import LoadArguments
 from geoimp_drake.parts.part import Memory, Now, Output
@@ -34,7 +34,7 @@ class ObjectKinematics:
         self._motion_law = compiled(held_object_motion)
         self._wrench_law = compiled(held_object_wrenches)
         self._slack_law = compiled(object_slack)
-        self._is_motion = compiled(is_frame_motion)
+        self._is_motion, self._is_finite = compiled(is_frame_motion), compiled(is_finite)
         self.inputs = {
             "motion_1": FRAME_MOTION_SIZE,
             "motion_2": FRAME_MOTION_SIZE,
@@ -71,13 +71,15 @@ class ObjectKinematics:
         self._motion_law(first, second, now["mutual_reference"][QUATERNION], motions)
         check_half_defined(motions[1])
         h_1, h_2 = now["wrench_1"], now["wrench_2"]
-        check_signal(h_1, now.port("wrench_1"))
-        check_signal(h_2, now.port("wrench_2"))
+        if not (self._is_finite(h_1) and self._is_finite(h_2)):
+            check_signal(h_1, now.port("wrench_1"))
+            check_signal(h_2, now.port("wrench_2"))
         # Whose inertial load is removed; the weight alone if there is none.
         reference = self._at_rest
         if now.has("reference_motion"):
             reference = now["reference_motion"]
-            check_signal(reference, now.port("reference_motion"))
+            if not self._is_finite(reference):
+                check_signal(reference, now.port("reference_motion"))
         self._wrench_law(h_1, h_2, first[QUATERNION], motions, *self._load, reference, wrenches)
 
     def _write_slack(self, row: int, now: Now, value: Array) -> None:
@@ -85,6 +87,9 @@ class ObjectKinematics:
         first, second = (
             now[name] if now.has(name) else NO_SLACK for name in ("slack_1", "slack_2")
         )
+        if not (first.any() or second.any()):
+            value[:] = 0.0
+            return
         slacks = np.empty((2, 6))
         self._slack_law(now["motion_1"][QUATERNION], now.found[0], first, second, slacks)
         value[:] = slacks[row]

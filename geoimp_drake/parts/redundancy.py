@@ -1,5 +1,7 @@
 """From task to joint accelerations, for six joints and for more."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
@@ -33,7 +35,7 @@ class ResolvedAcceleration:
     def __init__(self, threshold: float = 0.0) -> None:
         n = TASK_DIMENSION
         self._threshold, self._sigma = threshold, compiled(singular_value_or_bound)
-        self._law = compiled(resolved_acceleration)
+        self._law, self._is_finite = compiled(resolved_acceleration), compiled(is_finite)
         self.inputs = {"task_acceleration": n, "arm": object()}
         self.memory = Memory()
         self.outputs = (
@@ -44,7 +46,7 @@ class ResolvedAcceleration:
         )
 
     def _write(self, now: Now, alpha: Array) -> None:
-        arm, a = now["arm"], _task_acceleration(now)
+        arm, a = now["arm"], _task_acceleration(now, self._is_finite)
         if self._sigma(arm.Jv_V_WE, self._threshold) < self._threshold:
             alpha[:] = 0.0
             return
@@ -67,7 +69,7 @@ class RedundantAcceleration:
         n = model.num_joints
         self._model, self._null_space = model, null_space
         self._chain, self._drake = ChainDynamics(model), DrakeDynamics(model)
-        self._law = compiled(redundant_acceleration)
+        self._law, self._is_finite = compiled(redundant_acceleration), compiled(is_finite)
         self.inputs = {"task_acceleration": TASK_DIMENSION, "arm": object()}
         self.memory = null_space.memory
         posture = "memory", "arm", "time"
@@ -97,7 +99,7 @@ class RedundantAcceleration:
         return task.value, *terms
 
     def _write(self, now: Now, alpha: Array) -> None:
-        a = _task_acceleration(now)
+        a = _task_acceleration(now, self._is_finite)
         _, J_pinv, alpha_n, *_ = self._evaluate(now)
         alpha[:] = self._law(J_pinv, a, now["arm"].Jdot_v, alpha_n)
 
@@ -119,7 +121,7 @@ class WatchedRedundantAcceleration(RedundantAcceleration):
             self._null_space.check_gain(memory, bound, lambda: arm, now.system, now.time)
 
 
-def _task_acceleration(now: Now) -> Array:
+def _task_acceleration(now: Now, is_finite: Callable[[Array], bool]) -> Array:
     a: Array = now["task_acceleration"]
     if not is_finite(a):
         check_signal(a, now.port("task_acceleration"))

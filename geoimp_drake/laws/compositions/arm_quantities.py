@@ -13,7 +13,6 @@ from geoimp_drake.laws.dynamics.serial_chain import (
     chain_motion,
     chain_posture,
     chain_state,
-    chain_values,
 )
 from geoimp_drake.laws.frame_motion import POSITION, QUATERNION, VELOCITY, is_finite
 from geoimp_drake.rotations.quaternion import from_rotation
@@ -48,18 +47,25 @@ def measured_motion(
     return True
 
 
-def arm_quantities(arm: ChainArrays, x: Array) -> tuple[ChainValues, Array, Array, Array, Array]:
-    """Returns what the laws of the chain find, and Q_WE, R_WE, p_WE and Fq̇ of (2.1), (2.2).
+def arm_quantities(
+    arm: ChainArrays, found: ChainValues, Q_WE: Array, R_WE: Array, p_WE: Array, Fv: Array
+) -> None:
+    """Writes what the laws of the chain find, and Q_WE, R_WE, p_WE and Fq̇ of (2.1), (2.2).
 
     Args:
         arm: its constants.
-        x: joint positions and velocities (2n,) [rad, m; rad/s, m/s].
+        found: has joint positions and velocities; where to write the rest.
+        Q_WE: where to write (4,), as all that follow.
+        R_WE: see there (3, 3).
+        p_WE: see there (3,).
+        Fv: see there (n,).
     """
-    n = len(x) // 2
-    found, q, v = chain_values(n), x[:n], x[n:]
-    found.x[:] = x
+    n = len(Fv)
+    q, v = found.x[:n], found.x[n:]
     chain_posture(arm, q, found)
     chain_motion(v, found)
     chain_dynamics(arm, v, found)
-    R_WE, p_WE = found.X_WE[:, :3].copy(), found.X_WE[:, 3].copy()
-    return found, from_rotation(R_WE), R_WE, p_WE, arm.friction * v
+    R_WE[:] = found.X_WE[:, :3]
+    p_WE[:] = found.X_WE[:, 3]
+    Q_WE[QUATERNION] = from_rotation(R_WE)
+    Fv[:] = arm.friction * v

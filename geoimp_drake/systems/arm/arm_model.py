@@ -1,16 +1,15 @@
 """One evaluation of the arm per step: kinematics and dynamics for every block that needs them."""
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, ValueProducer
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.dynamics import Scratch, arm_dynamics
+from geoimp_drake.arm.dynamics import arm_dynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.systems.frame_motion import (
-    FRAME_MOTION_SIZE,
+    ACCELERATION,
     POSITION,
     QUATERNION,
     VELOCITY,
@@ -26,7 +25,7 @@ class ArmModel(Block):
 
     Ports:
         input state: [q; v] of the model instance, in its own order (2n)
-        output arm: ArmState, in the control model's joint order
+        output arm: ArmState, in the control model's joint order, until it is evaluated again
         output motion_E: the measured motion of E in W; accelerations are not measured: zero (19)
     """
 
@@ -37,9 +36,9 @@ class ArmModel(Block):
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
-            "scratch context of the control model",
+            "where the arm is evaluated",
             ValueProducer(
-                lambda: AbstractValue.Make(Scratch(model)),
+                lambda: AbstractValue.Make(self._dynamics.new_scratch()),
                 lambda context, value: None,
             ),
             {self.nothing_ticket()},
@@ -70,9 +69,8 @@ class ArmModel(Block):
         output.set_value(self._dynamics.evaluate(scratch, ordered))
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        arm = self._arm.Eval(context)
-        motion = np.zeros(FRAME_MOTION_SIZE)
+        arm, motion = self._arm.Eval(context), output.get_mutable_value()
         motion[QUATERNION] = arm.Q_WE
         motion[POSITION] = arm.p_WE
         motion[VELOCITY] = arm.V_WE
-        output.SetFromVector(motion)
+        motion[ACCELERATION] = 0.0
