@@ -211,7 +211,9 @@ class Impedance:
             slack: acceleration of E that the limits leave undone (6,).
         """
         state[:] = motion[:FRAME_STATE_SIZE]
-        if memory[self._holds] or (slack is not NO_SLACK and slack.any()):
+        if slack is not NO_SLACK and not np.count_nonzero(slack):  # which is faster than `any`
+            slack = NO_SLACK
+        if memory[self._holds] or slack is not NO_SLACK:
             self._hold(memory, now, motion, slack)
             slack = memory[self._slack]
         self.remember(memory, now, motion, slack)

@@ -87,7 +87,7 @@ class ObjectKinematics:
         first, second = (
             now[name] if now.has(name) else NO_SLACK for name in ("slack_1", "slack_2")
         )
-        if not (first.any() or second.any()):
+        if not (np.count_nonzero(first) or np.count_nonzero(second)):
             value[:] = 0.0
             return
         slacks = np.empty((2, 6))

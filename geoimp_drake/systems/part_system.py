@@ -93,6 +93,7 @@ class PartSystem(Block):
         self._part: Any = part
         self._inputs = {name: self._declare_input(name, kind) for name, kind in part.inputs.items()}
         self._values = {name: port.Eval for name, port in self._inputs.items()}
+        self._has = {name: port.HasValue for name, port in self._inputs.items()}
         self._memory = self.declare_state(part.memory.start) if part.memory else -1
         self._flows = isinstance(part, Flows)
         if isinstance(part, Flows):
@@ -275,11 +276,12 @@ class _At:
         return self._values[name](self._context)
 
     def has(self, name: str) -> bool:
-        port = self._system._inputs.get(name)
-        return port is not None and bool(port.HasValue(self._context))
+        has = self._system._has.get(name)
+        return has is not None and bool(has(self._context))
 
     def has_any(self, names: Collection[str]) -> bool:
-        return any(map(self.has, names))
+        ports, context = self._system._has, self._context
+        return any(name in ports and ports[name](context) for name in names)
 
     def port(self, name: str) -> str:
         return f"{self.system}:{name}"

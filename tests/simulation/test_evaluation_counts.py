@@ -39,8 +39,8 @@ PORTS = {
     ("plexiglas", "compiled"): 5,
     ("redundancy", "compiled"): 5,
     ("bar", "compiled"): 6,
-    ("plexiglas", "blocks"): 24,
-    ("redundancy", "blocks"): 26,
+    ("plexiglas", "blocks"): 22,
+    ("redundancy", "blocks"): 24,
 }
 
 
