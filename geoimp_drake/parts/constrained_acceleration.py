@@ -13,6 +13,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["ConstrainedAcceleration"]
 
+
 class ConstrainedAcceleration:
     """The part of `systems.arm.constrained_acceleration.ConstrainedAcceleration`.
 

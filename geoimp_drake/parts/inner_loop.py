@@ -5,29 +5,24 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION, ControlModel
-from geoimp_drake.arm.dynamics import ChainDynamics
-from geoimp_drake.arm.state import ArmState
-from geoimp_drake.compilation.compiled import bound, compiled
 from geoimp_drake.errors import SignalError
-from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 from geoimp_drake.laws.compositions.arm_torque import (
     BOUND,
     UNUSABLE,
     arm_torque,
     redundant_arm_torque,
 )
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION, is_finite
-from geoimp_drake.laws.motion_control.inverse_dynamics import actuation
+from geoimp_drake.laws.frame_motion import QUATERNION, is_finite
 from geoimp_drake.laws.motion_control.resolved_acceleration import check_regular
-from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
-from geoimp_drake.laws.redundancy.redundant_acceleration import redundant_acceleration
 from geoimp_drake.parts.arm_workspace import ArmWorkspace
+from geoimp_drake.parts.constrained_torque import ConstrainedTorque
 from geoimp_drake.parts.joint_limits import UNLIMITED, JointLimits
 from geoimp_drake.parts.joint_readings import Readings
 from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.motion_control import MotionControl
 from geoimp_drake.parts.null_space import NullSpace
 from geoimp_drake.parts.part import NOTHING, Memory, Now, Output, held, nested
+from geoimp_drake.parts.read_arm import ReadArm
 from geoimp_drake.parts.remedies import Remedies
 from geoimp_drake.parts.signals import check_frame_motion, check_signal
 from geoimp_drake.parts.torque import Saturation
@@ -37,7 +32,7 @@ from geoimp_drake.typing import Array
 __all__ = ["InnerLoop"]
 
 
-class InnerLoop:
+class InnerLoop(ReadArm):
     """Evaluates the laws of five blocks in series in one compiled call.
 
         JointReadings ─▶ ArmModel ─▶ MotionController ─▶ RedundancyResolver
@@ -56,13 +51,10 @@ class InnerLoop:
         remedies: against what the model does not know; None for none.
 
     Attributes:
-        model: the arm.
-        readings: how the joints are read.
         is_redundant: whether it has more than six joints.
         memory: what has been read, the posture at the start, the largest torques.
         limits: of the arm.
         limited: place of `Limited` in the memory.
-        count: place in the memory that is zero until there has been a reading.
     """
 
     def __init__(
@@ -75,10 +67,8 @@ class InnerLoop:
         arm: int = 0,
         remedies: Remedies | None = None,
     ):
-        n = model.num_joints
-        self.model, self.readings = model, readings
-        suffix = f"_{arm}" if arm else ""
-        self._port, self._place = f"estimated_state{suffix}", max(arm - 1, 0)
+        n, suffix = model.num_joints, f"_{arm}" if arm else ""
+        self._place = max(arm - 1, 0)
         self._names = {name: name + suffix for name in ("reference_motion", "wrench")}
         self._label = f", arm {arm}" if arm else ""
         self.is_redundant = n > TASK_DIMENSION
@@ -91,21 +81,18 @@ class InnerLoop:
             limits=limits.memory,
             remedies=Memory() if remedies is None else remedies.memory,
         )
+        super().__init__(model, readings, self.memory, f"estimated_state{suffix}")
         self.limited = nested(self.memory.limits, limits.memory.limited)
         self._acts = self.memory.limits.start + limits.memory.acts
-        self.count: int = self.memory.readings.start + readings.memory.count
         law = motion.orientation_law
         self.limits = limits
-        self._dynamics = ChainDynamics(model)
-        chain = *self._dynamics.arguments, model.state_order
-        self._constants = *chain, model.actuation_order, *motion.gains, *limits.arguments
+        self._constants = *self.chain, model.actuation_order, *motion.gains, *limits.arguments
         self._law: Callable[..., int] = arm_torque(law)
         if self.is_redundant:
             self._law = redundant_arm_torque(n, law)
             self._constants += (null_space.arguments,)
         self._none = np.zeros(n)
-        self._reading = nested(self.memory.readings, readings.memory.reading)
-        self._measured, self._actuation = bound(measured_motion, *chain), compiled(actuation)
+        self._constrained = ConstrainedTorque(model, self._dynamics, motion, null_space, limits)
 
     def new_workspace(self) -> ArmWorkspace:
         """Returns a context of the model's plant, and where a reading is taken."""
@@ -149,7 +136,7 @@ class InnerLoop:
         """Calls what a limit that binds calls, so that no tick waits for a compiler."""
         signals = self.new_signals(self.motion(memory, now))
         signals.take(memory, self._reading)
-        self._constrain(signals)
+        self._constrained.write(signals)
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
@@ -157,46 +144,6 @@ class InnerLoop:
         self.readings.take(memory[self.memory.readings], now, self._port, signals)
         if self._remedies is not None:
             self._remedies.sample(memory[self.memory.remedies], now)
-
-    def has_reading(self, memory: Array) -> bool:
-        """Whether there has been a reading."""
-        return bool(memory[self.count])
-
-    def pass_through(self, memory: Array, now: Now) -> Array:
-        """Returns a memory with a reading: before the first one, that of the port.
-
-        Args:
-            memory: of this part, which may be written.
-            now: the inputs.
-        """
-        self.readings.held(memory[self.memory.readings], now, self._port)
-        return memory
-
-    def write_motion(self, memory: Array, now: Now, motion: Array) -> None:
-        """Writes the motion of E in W from the reading, with zero accelerations.
-
-        Args:
-            memory: of this part, with a reading.
-            now: has the ports' names.
-            motion: where to write (19).
-
-        Raises:
-            SignalError: the reading is NaN or infinite.
-        """
-        reading = memory[self.memory.readings]
-        if not self._measured(reading, motion):
-            self._check_reading(memory, now)
-
-    def motion(self, memory: Array, now: Now) -> Array:
-        """Returns what `write_motion` writes (19,)."""
-        motion = np.empty(FRAME_MOTION_SIZE)
-        self.write_motion(memory, now, motion)
-        return motion
-
-    def arm_state(self, memory: Array, now: Now) -> ArmState:
-        """Returns kinematics and dynamics; arguments and errors as of `write_motion`."""
-        self._check_reading(memory, now)
-        return self._arm(memory[self.memory.readings])
 
     def write_torque(
         self, now: Now, memory: Array, signals: ArmSignals
@@ -261,18 +208,6 @@ class InnerLoop:
             return signals.u
         return self._remedies.actuation(memory[self.memory.remedies], signals.u)
 
-    def smallest_singular_value(self, memory: Array, now: Now) -> float:
-        """Returns that of the Jacobian of E, in rad and m.
-
-        Args:
-            memory: of this part, with a reading.
-            now: has the ports' names.
-
-        Raises:
-            SignalError: the reading is NaN or infinite.
-        """
-        return float(smallest_singular_value(self.arm_state(memory, now).Jv_V_WE))
-
     def compare_with_limits(
         self, memory: Array, signals: ArmSignals, bound: float, limited: Array, now: Now
     ) -> None:
@@ -317,16 +252,6 @@ class InnerLoop:
         view = Within(now, {}, given, label=self._label)
         self._remedies.begin(memory[self.memory.remedies], NOTHING, view)
 
-    def _arm(self, readings: Array) -> ArmState:
-        return self._dynamics.evaluate(None, readings[self.model.state_order])
-
-    def _jacobian(self, readings: Array) -> Array:
-        return self._arm(readings).Jv_V_WE
-
-    def _check_reading(self, memory: Array, now: Now) -> None:
-        reading = memory[self.memory.readings][self.readings.memory.reading]
-        check_signal(reading, now.port(self._port))
-
     def _check_domain(self, now: Now, memory: Array, reference: Array) -> None:
         port = now.port(self._names["reference_motion"])
         self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
@@ -340,23 +265,7 @@ class InnerLoop:
             raise
         if outcome == UNUSABLE:
             self._check(now, signals)
-        return self._constrain(signals) if outcome == BOUND else UNLIMITED
-
-    def _constrain(self, signals: ArmSignals) -> Array:
-        """Writes torques within the limits; returns `Limited`."""
-        reference, h, u, terms = signals.reference, signals.wrench, signals.u, signals.terms
-        arm = self._arm(signals.reading)
-        a = self._motion.acceleration(reference, arm)
-        alpha_0 = self._none
-        if self.is_redundant:
-            J_pinv, alpha_n, terms[2][:-1], terms[2][-1] = self._dynamics.null_space(
-                None, arm, (terms[0], terms[1]), self._null_space.arguments
-            )
-            alpha_0 = redundant_acceleration(J_pinv, a, arm.Jdot_v, alpha_n)
-        alpha, limited = self.limits.constrained(arm, h, a, alpha_0)
-        order = self.model.actuation_order
-        self._actuation(arm.B, alpha, arm.Cv, arm.Fv, arm.g, arm.Jv_V_WE, h, order, u)
-        return limited
+        return self._constrained.write(signals) if outcome == BOUND else UNLIMITED
 
     def _check(self, now: Now, signals: ArmSignals) -> None:
         """Raises SignalError, with the port's name, if the law cannot use a signal."""
