@@ -1,4 +1,4 @@
-"""What is told of a controller before it runs: its modes, and on which walls it rings."""
+"""What is said of a controller before it runs: its modes, and on which walls it rings."""
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -24,7 +24,7 @@ _SHOWN = 8
 
 @dataclass(frozen=True)
 class Direction:
-    """What is told of one direction.
+    """What is said of one direction.
 
     Attributes:
         vector: [rotation; translation] in W (6), a unit vector.
@@ -114,7 +114,7 @@ class Analysis:
 
 
 def analyze(loop: SampledLoop) -> Analysis:
-    """Returns what is told of a loop, whose environment is the surface, zero for none."""
+    """Returns what is said of a loop, whose environment is the surface, zero for none."""
     worst = least_stable(loop)
     poles = worst.poles()
     oscillating = [mode for mode in modes_of(poles) if mode.ringing > 0.0]

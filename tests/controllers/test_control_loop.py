@@ -66,7 +66,7 @@ def test_torques_are_those_of_the_diagram(name):
 
 @pytest.mark.parametrize("inertia", ["desired", "natural"])
 def test_torques_of_a_direct_impedance_are_those_of_the_diagram(inertia):
-    """Natural inertia does not need to be told of the push."""
+    """Natural inertia does not need to know the push."""
     was = Recorded(record("disturbance", PUSH, DIRECT, {"inertia": inertia}, ticks=400))
     loop = was.loop()
     torques = [was.reset(loop), *(was.step(loop, k) for k in range(1, 400))]
