@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 __all__ = [
     "ConfigurationError",
+    "ConversionError",
     "GeoimpError",
     "ModelError",
     "OutOfDomainError",
@@ -40,6 +41,20 @@ class ConfigurationError(GeoimpError):
 
 class OutputError(GeoimpError):
     """Results could not be written, as on a full disk; what was written before is kept."""
+
+
+class ConversionError(GeoimpError):
+    """A system has no form for `AutoDiffXd`, or no linearization.
+
+    Args:
+        what: the system and why, as the beginning of a sentence.
+    """
+
+    def __init__(self, what: str):
+        super().__init__(
+            f"{what}; it has no derivatives by AutoDiffXd. `geoimp analyze` predicts loops that "
+            f"sample and discrete or hydroelastic contact."
+        )
 
 
 class ModelError(GeoimpError):

@@ -6,7 +6,7 @@ plant contains.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -78,6 +78,12 @@ class ControlModel:
     def world(self) -> Frame:
         """The frame W of `plant`."""
         return self.plant.world_frame()
+
+    @cached_property
+    def autodiff(self) -> "ControlModel":
+        """The same model with a plant for `AutoDiffXd`."""
+        plant = self.plant.ToAutoDiffXd()
+        return replace(self, plant=plant, end_effector=plant.get_frame(self.end_effector.index()))
 
     def in_plant_order(self, q: Array) -> Array:
         """Returns joint positions (n) in the order of the model instance's."""

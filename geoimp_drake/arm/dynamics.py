@@ -30,25 +30,32 @@ class Scratch:
 
     Args:
         model: the control model.
+
+    Attributes:
+        model: the same.
     """
 
     def __init__(self, model: ControlModel):
-        self._model = model
+        self.model = model
         self._context: Context | None = None
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Scratch":
-        return Scratch(self._model)
+        return Scratch(self.model)
+
+    def autodiff(self) -> "Scratch":
+        """Returns one for `AutoDiffXd`."""
+        return Scratch(self.model.autodiff)
 
     @property
     def context(self) -> Context:
         """The context, at any posture."""
         if self._context is None:
-            self._context = self._model.plant.CreateDefaultContext()
+            self._context = self.model.plant.CreateDefaultContext()
         return self._context
 
     def at(self, x: Array) -> Context:
         """Returns the context at [q; v] (2n,)."""
-        self._model.plant.SetPositionsAndVelocities(self.context, x)
+        self.model.plant.SetPositionsAndVelocities(self.context, x)
         return self.context
 
 
@@ -155,7 +162,7 @@ class ChainDynamics:
 
 
 class DrakeDynamics:
-    """Drake's own calls.
+    """Drake's own calls, also for a model with `AutoDiffXd`.
 
     Args:
         model: the arm.
@@ -178,8 +185,8 @@ class DrakeDynamics:
         """See `ArmDynamics`."""
         K, kappa, k_beta, (W, W_inverse), weighs_by_inertia, threshold, factor = gains
         gradient, gradient_rate = gradients
-        J, v, context = arm.Jv_V_WE, arm.v, scratch.context
-        dB = inertia_rate(self._model, context, arm.q, v)
+        J, v, model, context = arm.Jv_V_WE, arm.v, scratch.model, scratch.context
+        dB = inertia_rate(model, context, arm.q, v)
         # (3.33), (3.39), (3.37)
         B_inverse, J_pinv, N, beta, e_n = null_space_motion_error(
             J, arm.B, W_inverse, weighs_by_inertia, threshold, factor, k_beta, gradient, v
@@ -188,7 +195,7 @@ class DrakeDynamics:
         if weighs_by_inertia:
             W, W_inverse, dW = arm.B, B_inverse, dB
         # (3.38)
-        C_e = coriolis_product(partial(coriolis_forces, self._model, context), arm.Cv, v, e_n)
+        C_e = coriolis_product(partial(coriolis_forces, model, context), arm.Cv, v, e_n)
         alpha_n = null_space_motion_acceleration(
             J,
             v,

@@ -139,6 +139,14 @@ def _made(law: Any, body: Any, kinds: str = "") -> Any:
     _introduce_laws()
     dispatcher = numba.njit(**_OPTIONS)(body)
     keep(dispatcher, law, kinds)
+    compile_for = dispatcher._compile_for_args
+
+    def chosen(*arguments: Any, **named: Any) -> Any:
+        # numba asks for what has not been called with these types; floats do not come here again.
+        as_written = any(getattr(a, "dtype", float) == "O" for a in arguments)
+        return law if as_written else compile_for(*arguments, **named)
+
+    dispatcher._compile_for_args = chosen
     return dispatcher
 
 

@@ -51,16 +51,16 @@ def _are_finite(value: Array) -> bool:
 
 @compilable_as(_are_finite)
 def is_finite(value: Array) -> bool:
-    """Whether every entry of a vector is finite; floats only.
+    """Whether every entry of a vector is finite.
 
     The sum of squares is NaN or infinite if any entry is: one cheap call in place of many tests.
     """
-    return math.isfinite(np.dot(value, value))
+    return bool(np.dot(value, value) < math.inf)
 
 
 @compilable
 def is_frame_motion(motion: Array) -> bool:
-    """Whether a frame motion (19,) is finite and its quaternion a unit one; floats only."""
+    """Whether a frame motion (19,) is finite and its quaternion a unit one."""
     Q = motion[QUATERNION]
-    norm = math.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2] + Q[3] * Q[3])
+    norm = np.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2] + Q[3] * Q[3])
     return is_finite(motion) and abs(norm - 1.0) <= UNIT_TOLERANCE

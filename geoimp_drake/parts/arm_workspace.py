@@ -24,4 +24,4 @@ class ArmWorkspace(Scratch):
         self._readings, self.reading = readings, readings.new_workspace(*arrays)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "ArmWorkspace":
-        return ArmWorkspace(self._model, self._readings)
+        return ArmWorkspace(self.model, self._readings)

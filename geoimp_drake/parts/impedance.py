@@ -213,7 +213,8 @@ class Impedance:
         state[:] = motion[:FRAME_STATE_SIZE]
         if slack is not NO_SLACK and not np.count_nonzero(slack):  # which is faster than `any`
             slack = NO_SLACK
-        if memory[self._holds] or slack is not NO_SLACK:
+        # Compared: an `AutoDiffXd` counts as true whatever its value.
+        if memory[self._holds] != 0.0 or slack is not NO_SLACK:
             self._hold(memory, now, motion, slack)
             slack = memory[self._slack]
         self.remember(memory, now, motion, slack)
@@ -236,7 +237,7 @@ class Impedance:
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
-        motion = np.zeros(FRAME_MOTION_SIZE)
+        motion = np.zeros(FRAME_MOTION_SIZE, rate.dtype)
         self.find(now, motion)
         self._write_rate(motion, rate)
         self.hold_back(now.memory, rate)
@@ -248,7 +249,7 @@ class Impedance:
             memory: of this part.
             rate: (13,).
         """
-        if memory[self._holds]:
+        if memory[self._holds] != 0.0:
             rate[VELOCITY] += memory[self._slack]
 
     def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:

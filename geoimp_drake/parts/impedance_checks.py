@@ -10,7 +10,7 @@ from geoimp_drake.laws.impedance import coupled_stiffness
 from geoimp_drake.laws.impedance.compliant_motion import has_diverged
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.part import Now
-from geoimp_drake.parts.signals import check_frame_motion, check_wrench
+from geoimp_drake.parts.signals import check_frame_motion, check_wrench, numbers
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_array
@@ -60,6 +60,7 @@ class ImpedanceChecks:
             SignalError: a signal is not finite, a quaternion not unit, or C has diverged.
             SingularityError: the attitude leaves the domain of the family.
         """
+        desired, wrench, state = map(numbers, (desired, wrench, state))
         check_frame_motion(desired, now.port("desired_motion"))
         check_wrench(wrench, now.port("wrench"))
         if has_diverged(state):

@@ -9,7 +9,7 @@ from geoimp_drake.laws.impedance.families import make_family
 from geoimp_drake.laws.motion_control.orientation_control import orientation_law
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
 from geoimp_drake.parts.part import Memory, Now, Output
-from geoimp_drake.parts.signals import check_frame_motion
+from geoimp_drake.parts.signals import check_frame_motion, numbers
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive
 
@@ -62,7 +62,7 @@ class MotionControl:
         """
         check_frame_motion(reference, port)
         if self.has_domain:
-            self._family.check_domain(reference[QUATERNION], Q_WE)
+            self._family.check_domain(numbers(reference[QUATERNION]), numbers(Q_WE))
 
     def acceleration(self, reference: Array, arm: ArmState) -> Array:
         """Returns the task acceleration a (6,) of (2.9), (2.15).

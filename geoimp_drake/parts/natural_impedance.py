@@ -31,6 +31,10 @@ class _Found:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self.terms: tuple[Array, ...] = ()
 
+    def autodiff(self) -> "_Found":
+        self.motion = self.motion.astype(object)
+        return self
+
 
 class NaturalImpedance:
     """The part of `systems.natural_impedance.NaturalImpedance`; arguments and errors are the same.
@@ -115,7 +119,7 @@ class NaturalImpedance:
         return np.asarray(energy)
 
     def _write_of(self, now: Now, arm: ArmState, motion: Array) -> tuple[Array, ...]:
-        springs, desired, damping = self.springs, now["desired_motion"], np.empty(6)
+        springs, desired, damping = self.springs, now["desired_motion"], np.empty(6, motion.dtype)
         state = np.concatenate((arm.Q_WE, arm.p_WE, arm.V_WE))
         gains, factor = springs.gains(now), self._factor
         stiffness, (*_, couples, in_desired, _) = _stiffness(gains), gains[3]

@@ -8,7 +8,7 @@ from geoimp_drake.laws.impedance.compliant_motion import has_diverged
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 
-__all__ = ["AT_REST", "check_frame_motion", "check_signal", "check_wrench", "is_set"]
+__all__ = ["AT_REST", "check_frame_motion", "check_signal", "check_wrench", "is_set", "numbers"]
 
 # The motion of a frame that rests at W's origin.
 AT_REST = np.array([1.0, *[0.0] * 18])
@@ -21,11 +21,20 @@ def is_set(pose: Array) -> bool:
     Args:
         pose: quaternion first.
     """
-    return bool(pose[0] or pose[1] or pose[2] or pose[3])
+    # Compared: an `AutoDiffXd` counts as true whatever its value.
+    return bool(pose[0] != 0.0 or pose[1] != 0.0 or pose[2] != 0.0 or pose[3] != 0.0)
+
+
+def numbers(value: Array) -> Array:
+    """Returns a signal of floats itself, the values of one of `AutoDiffXd`: what checks take."""
+    if value.dtype == float:
+        return value
+    return np.array([float(entry.value()) for entry in value])
 
 
 def check_signal(value: Array, port: str) -> None:
     """Raises SignalError if a value at a port is NaN or infinite."""
+    value = numbers(value)
     if not is_finite(value):
         bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}
         raise SignalError(
@@ -36,6 +45,7 @@ def check_signal(value: Array, port: str) -> None:
 
 def check_wrench(wrench: Array, port: str) -> None:
     """Raises SignalError if a wrench (6,) is not finite, or of a size that no arm meets."""
+    wrench = numbers(wrench)
     check_signal(wrench, port)
     if has_diverged(wrench):
         k = int(np.argmax(np.abs(wrench)))
@@ -47,5 +57,6 @@ def check_wrench(wrench: Array, port: str) -> None:
 
 def check_frame_motion(motion: Array, port: str) -> None:
     """Raises SignalError if a frame motion is not finite or its quaternion is not unit."""
+    motion = numbers(motion)
     check_signal(motion, port)
     quaternion.check_unit(motion[QUATERNION], f"Port '{port}': its quaternion")

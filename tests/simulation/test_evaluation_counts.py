@@ -11,7 +11,7 @@ from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.systems import part_system
+from geoimp_drake.systems import part_shell
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
@@ -57,13 +57,13 @@ def counted(monkeypatch, owner: object, method: str, name: str, calls: Counter) 
 def calls_per_step(monkeypatch, experiment: str, form: str) -> dict[str, float]:
     """Returns what is called in a step of an experiment in free motion, logging off."""
     calls: Counter = Counter()
-    entered = part_system._At.__init__
+    entered = part_shell.PartView.__init__
 
     def entering(self, system, context) -> None:
         calls[system.get_name()] += 1
         entered(self, system, context)
 
-    monkeypatch.setattr(part_system._At, "__init__", entering)
+    monkeypatch.setattr(part_shell.PartView, "__init__", entering)
     for owner, method, name in (
         (ChainDynamics, "evaluate", "arms"),
         (Impedance, "write_motion", "impedances"),

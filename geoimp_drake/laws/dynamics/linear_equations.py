@@ -1,7 +1,8 @@
-"""The solution of a few linear equations, and the inverse of an inertia; floats only.
+"""The solution of a few linear equations, and the inverse of an inertia.
 
 Uncompiled, they call LAPACK. Compiled, they use the elimination below: for six or seven equations
-numba's way to LAPACK takes longer to compile than the laws that need it, and longer to run.
+numba's way to LAPACK takes longer to compile than the laws that need it, and longer to run. LAPACK
+knows no `AutoDiffXd`, which are eliminated, too.
 """
 
 import numpy as np
@@ -66,7 +67,9 @@ def solution(A: Array, b: Array) -> Array:
     Raises:
         numpy.linalg.LinAlgError: A is exactly singular.
     """
-    return np.linalg.solve(A, b)
+    if A.dtype == b.dtype == float:
+        return np.linalg.solve(A, b)
+    return _eliminated_solution(A.astype(object), b.astype(object))
 
 
 @compilable_as(_eliminated_inverse)
@@ -81,4 +84,8 @@ def inverse(A: Array) -> Array:
     Raises:
         numpy.linalg.LinAlgError: A is exactly singular.
     """
-    return np.linalg.inv(A)
+    if A.dtype == float:
+        return np.linalg.inv(A)
+    X = np.eye(len(A)).astype(object)
+    _eliminate(A.copy(), X, False)
+    return X

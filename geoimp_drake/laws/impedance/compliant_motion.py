@@ -32,7 +32,7 @@ _DIVERGED = 1e6
 
 @compilable
 def has_diverged(signal: Array) -> bool:
-    """Whether an entry of a state of C or of a wrench is implausibly large, or NaN; floats only."""
+    """Whether an entry of a state of C or of a wrench is implausibly large, or NaN."""
     within = True
     for entry in signal:
         within = within and abs(entry) < _DIVERGED
@@ -72,7 +72,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         parts: Array,
         motion: Array,
     ) -> bool:
-        """Writes the motion of C; returns False if an input is none. Floats only.
+        """Writes the motion of C; returns False if an input is none.
 
         Args:
             state: of C, a frame motion without its accelerations (13,).

@@ -12,7 +12,7 @@ __all__ = ["check_regular", "resolved_acceleration"]
 
 @compilable
 def resolved_acceleration(J: Array, Jdot_v: Array, a: Array) -> Array:
-    """(2.5) α = J⁻¹(a − J̇q̇), which gives (2.6) v̇_e = a. Floats only.
+    """(2.5) α = J⁻¹(a − J̇q̇), which gives (2.6) v̇_e = a.
 
     Args:
         J: Jacobian of the end effector (6, 6), its rows [angular; linear], in W.

@@ -1,38 +1,43 @@
 """One evaluation of the arm per step: kinematics and dynamics for every block that needs them."""
 
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, ValueProducer
+from pydrake.systems.framework import (
+    BasicVector,
+    BasicVector_,
+    Context,
+    LeafSystem,
+    LeafSystem_,
+    ValueProducer,
+)
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.arm.dynamics import arm_dynamics
+from geoimp_drake.arm.dynamics import ArmDynamics, DrakeDynamics, arm_dynamics
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.frame_motion import is_finite
-from geoimp_drake.parts.signals import check_signal
+from geoimp_drake.parts.signals import AT_REST, check_signal
 from geoimp_drake.systems.frame_motion import (
     ACCELERATION,
+    FRAME_MOTION_SIZE,
     POSITION,
     QUATERNION,
     VELOCITY,
-    frame_motion_vector,
 )
 from geoimp_drake.systems.part_system import Block
+from geoimp_drake.typing import Array
 
 __all__ = ["ArmModel"]
 
 
-class ArmModel(Block):
-    """Evaluates the control model of an arm once for each state that it is given.
+class _ArmPorts(LeafSystem if TYPE_CHECKING else object):  # type: ignore[misc]
+    """The ports of an arm model of any scalar; a model that has them has `_calc_motion`."""
 
-    Ports:
-        input state: [q; v] of the model instance, in its own order (2n)
-        output arm: ArmState, in the control model's joint order, until it is evaluated again
-        output motion_E: the measured motion of E in W; accelerations are not measured: zero (19)
-    """
-
-    def __init__(self, model: ControlModel):
-        super().__init__()
-        self._model = model
-        self._dynamics, self._is_finite = arm_dynamics(model), compiled(is_finite)
+    def _declare(self, model: ControlModel, dynamics: ArmDynamics, vector: Any) -> None:
+        self._model, self._dynamics = model, dynamics
+        self._is_finite = compiled(is_finite)
         n = model.num_joints
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._scratch = self.DeclareCacheEntry(
@@ -51,15 +56,10 @@ class ArmModel(Block):
         )
         self.DeclareVectorOutputPort(
             "motion_E",
-            frame_motion_vector(),
+            vector(AT_REST),
             self._calc_motion,
             {self.input_port_ticket(self._state.get_index())},
         )
-
-    @property
-    def model(self) -> ControlModel:
-        """The control model that is evaluated."""
-        return self._model
 
     def _calc_arm(self, context: Context, output: AbstractValue) -> None:
         state = self._state.Eval(context)
@@ -68,9 +68,48 @@ class ArmModel(Block):
         scratch, ordered = self._scratch.Eval(context), state[self._model.state_order]
         output.set_value(self._dynamics.evaluate(scratch, ordered))
 
-    def _calc_motion(self, context: Context, output: BasicVector) -> None:
-        arm, motion = self._arm.Eval(context), output.get_mutable_value()
+    def _write_motion(self, context: Context, motion: Array) -> None:
+        arm = self._arm.Eval(context)
         motion[QUATERNION] = arm.Q_WE
         motion[POSITION] = arm.p_WE
         motion[VELOCITY] = arm.V_WE
         motion[ACCELERATION] = 0.0
+
+
+class ArmModel(_ArmPorts, Block):
+    """Evaluates the control model of an arm once for each state that it is given.
+
+    Ports:
+        input state: [q; v] of the model instance, in its own order (2n)
+        output arm: ArmState, in the control model's joint order, until it is evaluated again
+        output motion_E: the measured motion of E in W; accelerations are not measured: zero (19)
+    """
+
+    def __init__(self, model: ControlModel):
+        Block.__init__(self)
+        self._declare(model, arm_dynamics(model), BasicVector)
+
+    @property
+    def model(self) -> ControlModel:
+        """The control model that is evaluated."""
+        return self._model
+
+    def to_autodiff(self) -> Any:
+        """Returns the same for `AutoDiffXd`."""
+        return _AutoDiffArmModel(self._model.autodiff)
+
+    def _calc_motion(self, context: Context, output: BasicVector) -> None:
+        self._write_motion(context, output.get_mutable_value())
+
+
+class _AutoDiffArmModel(_ArmPorts, LeafSystem_[AutoDiffXd]):
+    """An arm model for `AutoDiffXd`, evaluated by Drake."""
+
+    def __init__(self, model: ControlModel):
+        LeafSystem_[AutoDiffXd].__init__(self)
+        self._declare(model, DrakeDynamics(model), BasicVector_[AutoDiffXd])
+
+    def _calc_motion(self, context: Any, output: Any) -> None:
+        motion = np.empty(FRAME_MOTION_SIZE, object)
+        self._write_motion(context, motion)
+        output.SetFromVector(motion)
