@@ -14,6 +14,7 @@ from geoimp_drake.validation import unknown_name
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from geoimp_drake.analysis.encounter import Encounter
     from geoimp_drake.simulation.claims import Claim
 
 __all__ = ["EXPERIMENTS", "OWN", "Experiment", "get_experiment"]
@@ -89,6 +90,22 @@ class Experiment:
         values: Callable[[Log, Any], dict[str, float | bool]] | None
         values = getattr(module, f"{self.prefix}sweep_values", None)
         return values
+
+    @property
+    def encounter(self) -> "Callable[[Log, Any, float], Encounter]":
+        """Tells how D meets a wall, from a log and the plant's step."""
+        module = resolve_name(f"{_DIAGRAMS}.experiments.{self.module}")
+        default = resolve_name(f"{_DIAGRAMS}.experiments.encounters:encounter")
+        encounter: Callable[[Log, Any, float], Encounter]
+        encounter = getattr(module, f"{self.prefix}encounter", default)
+        return encounter
+
+    @property
+    def contact_force(self) -> Callable[[Log, Any], Any]:
+        """Tells the true force of what is compliant over time (N) [N]."""
+        force: Callable[[Log, Any], Any]
+        force = resolve_name(f"{_DIAGRAMS}.experiments.encounters:contact_force")
+        return force
 
     def _function(self, name: str) -> Any:
         return resolve_name(f"{_DIAGRAMS}.experiments.{self.module}:{self.prefix}{name}")

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from geoimp_drake.analysis.encounter import Encounter
 from geoimp_drake.diagrams.experiments.measures import Log, spring_force
 from geoimp_drake.diagrams.scene.insertion import insertion
 from geoimp_drake.diagrams.setups.loose_scenario import LooseScenario
@@ -11,7 +12,7 @@ from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.systems.frame_motion import pose_of
 from geoimp_drake.typing import Array
 
-__all__ = ["claims", "depth", "figures", "sweep_values"]
+__all__ = ["claims", "depth", "encounter", "figures", "sweep_values"]
 
 FORCE_BOUND, MOMENT_BOUND = 50.0, 5.0  # within which mating stays [N, Nm]
 FORCE_RANGE, MOMENT_RANGE = 130.0, 10.0  # of the wrist sensor
@@ -24,6 +25,15 @@ def depth(log: Log, scenario: LooseScenario) -> Array:
     return np.array(
         [insertion(pose_of(P), pose_of(H)).depth for P, H in zip(tip, mouth, strict=True)]
     )
+
+
+def encounter(log: Log, scenario: LooseScenario, step: float) -> Encounter:
+    """Returns how the hole's bottom, where D would have it, meets the peg's tip."""
+    X_WH = pose_of(log["hole/motion_H"][0])
+    tip = log[f"{scenario.peg_arm}/motion_E"]
+    depths = np.array([insertion(pose_of(X_WP), X_WH).depth for X_WP in tip])
+    behind = depths - scenario.peg_hole.hole_depth
+    return Encounter.of_depths(log["t"], behind, step, X_WH.rotation().col(2))
 
 
 def claims(log: Log, scenario: LooseScenario) -> list[Claim]:

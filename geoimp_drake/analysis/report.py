@@ -6,11 +6,21 @@ from typing import Any
 import numpy as np
 
 from geoimp_drake.analysis.ringing import critical_damping, largest_stiffness, least_stable, rings
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.prediction.modes import Mode, modes_of, second_order_poles
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.typing import Array
 
-__all__ = ["TRANSLATION", "Analysis", "Direction", "analyze", "directions_of", "ringing_warning"]
+__all__ = [
+    "TRANSLATION",
+    "WALL",
+    "Analysis",
+    "Direction",
+    "analyze",
+    "directions_of",
+    "loop_of",
+    "ringing_warning",
+]
 
 ROTATION, TRANSLATION = slice(0, 3), slice(3, 6)
 # Of a wall that nothing is known of: a sheet of plexiglas.
@@ -128,6 +138,22 @@ def analyze(loop: SampledLoop) -> Analysis:
         modes_of(poles),
         {name: _direction(loop, name, vector) for name, vector in directions_of(loop).items()},
     )
+
+
+def loop_of(setup: Any) -> SampledLoop:
+    """Returns the loop of a set-up.
+
+    Raises:
+        ConfigurationError: it has none.
+    """
+    loop: SampledLoop | None = setup.loop
+    if loop is None:
+        raise ConfigurationError(
+            f"{setup.scenario.experiment}: no wrench closes a loop through the torques under "
+            f"scheme '{setup.scenario.scheme}' with these settings, so there is nothing to "
+            f"analyze. Give scheme inner-loop, or direct with inertia desired."
+        )
+    return loop
 
 
 def directions_of(loop: SampledLoop) -> dict[str, Array]:

@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 from geoimp_drake.cli.commands import SUCCESS, named_in, print_files, scenario_of
-from geoimp_drake.errors import ConfigurationError
 
 __all__ = ["analyze"]
 
@@ -16,6 +15,7 @@ def analyze(options: argparse.Namespace) -> int:
     """Tells on which walls an experiment's gains ring. Returns the exit status."""
     from geoimp_drake.analysis.maps import ringing_figure
     from geoimp_drake.analysis.report import analyze as analyzed
+    from geoimp_drake.analysis.report import loop_of
     from geoimp_drake.analysis.ringing import delayed, on_surface
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
     from geoimp_drake.output_folder import check_folder, write_files
@@ -26,14 +26,7 @@ def analyze(options: argparse.Namespace) -> int:
     name = experiment.name if options.experiment else options.scenario.stem
     out = options.out or Path("results") / f"{name}-analysis"
     check_folder(out, [_FILE, *figure_files(_FIGURE)])
-    loop = experiment.build(scenario, logged=False).loop
-    if loop is None:
-        raise ConfigurationError(
-            f"{name}: no wrench closes a loop through the torques under scheme '{scenario.scheme}' "
-            f"with these settings, so there is nothing to analyze. Give scheme inner-loop, or "
-            f"direct with inertia desired."
-        )
-    loop = delayed(loop, options.delay)
+    loop = delayed(loop_of(experiment.build(scenario, logged=False)), options.delay)
     if options.surface_stiffness is not None:
         loop = on_surface(loop, options.surface_stiffness)
     analysis = analyzed(loop)

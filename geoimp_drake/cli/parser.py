@@ -5,7 +5,20 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from geoimp_drake import __version__
-from geoimp_drake.cli import analysis_commands, bench_command, commands, identifying, robot_commands
+from geoimp_drake.cli import (
+    analysis_commands,
+    bench_command,
+    commands,
+    identifying,
+    robot_commands,
+    tuning,
+)
+from geoimp_drake.cli.options import (
+    add_duration,
+    add_experiment,
+    add_overrides,
+    add_scenario_options,
+)
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -59,12 +72,13 @@ def make_parser() -> argparse.ArgumentParser:
     run.set_defaults(command=commands.run)
     _add_robot_commands(subparsers)
     _add_analyze(subparsers)
+    tuning.add_tune(subparsers)
     compare = subparsers.add_parser("compare", help="run several orientation families alike")
     compare.add_argument("experiment", metavar="EXPERIMENT")
     compare.add_argument(
         "--orientation", nargs="+", metavar="FAMILY", help="families (the chapter's three)"
     )
-    _add_scenario_options(compare)
+    add_scenario_options(compare)
     compare.set_defaults(command=commands.compare)
     sweep = subparsers.add_parser(
         "sweep", help="run one experiment with parameters drawn at random"
@@ -112,7 +126,7 @@ def _add_analyze(subparsers: Any) -> None:
         "and the dampings that do not ring; writes analysis.json and maps over mass, damping and "
         "wall. Nothing is simulated.",
     )
-    _add_experiment(analyze)
+    add_experiment(analyze)
     analyze.add_argument(
         "--surface-stiffness",
         type=float,
@@ -122,7 +136,7 @@ def _add_analyze(subparsers: Any) -> None:
     analyze.add_argument(
         "--delay", type=float, default=0.0, metavar="S", help="more of it in the wrench [s]"
     )
-    _add_scenario_options(analyze)
+    add_scenario_options(analyze)
     analyze.set_defaults(command=analysis_commands.analyze)
 
 
@@ -153,8 +167,8 @@ def _add_robot_commands(subparsers: Any) -> None:
     robot_sim.add_argument(
         "--in-step", action="store_true", help="wait for the answer to each status"
     )
-    _add_overrides(robot_sim)
-    _add_duration(robot_sim)
+    add_overrides(robot_sim)
+    add_duration(robot_sim)
     robot_sim.set_defaults(command=robot_commands.robot_sim)
     tare = subparsers.add_parser(
         "tare",
@@ -179,26 +193,13 @@ def _add_robot_commands(subparsers: Any) -> None:
     tare.add_argument(
         "--wrist", action="store_true", help="use the wrench that the robot reports, not its joints"
     )
-    _add_overrides(tare)
+    add_overrides(tare)
     tare.set_defaults(command=robot_commands.tare)
 
 
-def _add_experiment(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "experiment",
-        metavar="EXPERIMENT",
-        nargs="?",
-        help="a name that `geoimp list` shows; by default the one that the scenario file names",
-    )
-
-
-def _add_duration(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--duration", type=float, metavar="S", help="of the motion [s]")
-
-
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:
-    _add_overrides(parser)
-    _add_duration(parser)
+    add_overrides(parser)
+    add_duration(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
 
 
@@ -219,9 +220,9 @@ def _add_robot_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_run_options(run: argparse.ArgumentParser) -> None:
-    _add_experiment(run)
+    add_experiment(run)
     run.add_argument("--orientation", metavar="FAMILY", help="orientation family of the impedance")
-    _add_scenario_options(run)
+    add_scenario_options(run)
     run.add_argument("--no-figures", action="store_true", help="write no figures")
     view = run.add_mutually_exclusive_group()
     view.add_argument("--html", action="store_true", help="write replay.html")
@@ -261,7 +262,7 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     sweep.add_argument(
         "--map", nargs=2, default=(), metavar=("X", "Y"), help="varied keys of the map (first two)"
     )
-    _add_scenario_options(sweep)
+    add_scenario_options(sweep)
 
 
 def _add_reproduce_options(reproduce: argparse.ArgumentParser) -> None:
@@ -273,26 +274,3 @@ def _add_reproduce_options(reproduce: argparse.ArgumentParser) -> None:
         "--duration", type=float, metavar="S", help="cut every run off after this time [s]"
     )
     reproduce.add_argument("--seed", type=int, metavar="N", help="of the sensors' noise")
-
-
-def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--set",
-        dest="overrides",
-        action="append",
-        default=[],
-        metavar="KEY.PATH=VALUE",
-        help="set a field of the scenario; may be repeated",
-    )
-
-
-def _add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    _add_overrides(parser)
-    parser.add_argument(
-        "--scenario", type=Path, metavar="FILE", help="YAML file laid over the experiment's own"
-    )
-    parser.add_argument("--duration", type=float, metavar="S", help="simulated time [s]")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
-    parser.add_argument(
-        "--seed", type=int, metavar="N", help="of the sensor's noise; of a sweep's draws"
-    )

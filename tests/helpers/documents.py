@@ -35,6 +35,11 @@ _SHORT = {
     "run": {"--duration": "0.01"},
     "compare": {"--duration": "0.01"},
     "bench": {"--only": "single_free"},
+    "tune": {
+        "--set": "segments=[{duration: 2.5, displacement: [0.0, 0.0, -0.24]}, {duration: 1.5}]",
+        "--evaluations": "30",
+        "--jobs": "1",
+    },
     "sweep": {"--duration": "0.01", "--samples": "1", "--jobs": "1"},
 }
 

@@ -47,7 +47,8 @@ ALLOWED = {
     "robots": ASSEMBLY | {"robots", "simulation"},
     # Nothing in it computes a control law, and it knows no particular experiment.
     "simulation": FOUNDATIONS | {"arm", "parts", "scenario", "simulation", "systems"},
-    "campaigns": FOUNDATIONS | {"campaigns", "scenario", "simulation"},
+    # A tuning asks what a controller will do, and runs it.
+    "campaigns": FOUNDATIONS | {"laws", "analysis", "campaigns", "scenario", "simulation"},
     "__init__": ASSEMBLY | {"robot_files", "simulation"},
     "models": FOUNDATIONS | {"models"},
     "diagrams": RUNNING | {"models", "diagrams"},

@@ -1,0 +1,56 @@
+"""CMA-ES in the unit cube, the same to the bit for the same seed."""
+
+import importlib.util
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.typing import Array
+
+__all__ = ["check_cma", "minimize"]
+
+
+def check_cma(label: str) -> None:
+    """Raises ConfigurationError if the extra that minimizes is missing."""
+    if importlib.util.find_spec("cma") is None:
+        raise ConfigurationError(f"{label} needs cma: pip install 'geoimp_drake[tune]'")
+
+
+def minimize(
+    evaluate: Callable[[Sequence[Array]], list[float]],
+    start: Array,
+    *,
+    seed: int,
+    evaluations: int,
+    sigma: float,
+    population: int | None = None,
+) -> None:
+    """Lets CMA-ES look for the least of a function; what it finds, `evaluate` has seen.
+
+    Args:
+        evaluate: returns the values at some places, each of (n,) in the unit cube.
+        start: place to begin with (n,).
+        seed: of the draws.
+        evaluations: how many places, up to a whole generation.
+        sigma: standard deviation of the first draws.
+        population: places of a generation; cma's own choice if it is not given.
+    """
+    import cma  # an extra: imported only where it is used
+
+    generator = np.random.default_rng(seed)
+    # cma does not search along one axis: then a second one changes nothing.
+    places = np.resize(np.append(start, 0.5), max(2, len(start)))
+    options = {
+        "bounds": [0.0, 1.0],
+        "randn": lambda *shape: generator.standard_normal(shape),
+        "seed": np.nan,  # the draws are ours, and those of NumPy's are left alone
+        "maxfevals": evaluations - 1,  # cma goes on until there are more
+        "tolx": 1e-4,
+        "verbose": -9,
+        **({} if population is None else {"popsize": population}),
+    }
+    search = cma.CMAEvolutionStrategy(places, sigma, options)
+    while not search.stop():
+        asked = search.ask()
+        search.tell(asked, evaluate([place[: len(start)] for place in asked]))

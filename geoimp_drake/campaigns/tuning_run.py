@@ -1,0 +1,92 @@
+"""One run of an experiment with gains of its own, and what is told of its contact."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geoimp_drake.analysis.contact_model import GAINS
+from geoimp_drake.analysis.encounter import contact_metrics
+from geoimp_drake.scenario.loading import plain_data
+from geoimp_drake.simulation.experiment import cannot_start
+from geoimp_drake.simulation.run import simulate
+from geoimp_drake.typing import Array
+
+__all__ = ["TRIAL_FIELDS", "Trial", "run_trial", "simulated", "with_gains"]
+
+# Of what `run_trial` returns.
+TRIAL_FIELDS = {"metrics": dict, "failed": list, "force": list}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a process needs in order to run gains.
+
+    Attributes:
+        experiment: from the catalogue.
+        scenario: data of the scenario, with the gains.
+        touch: when D is in the wall [s].
+    """
+
+    experiment: Any
+    scenario: dict[str, Any]
+    touch: float
+
+    def told(self, log: dict[str, Array], scenario: Any) -> dict[str, Any]:
+        """Returns `metrics` and `force` (N) of a log, and `failed`, the claims that do not hold."""
+        force = self.experiment.contact_force(log, scenario)
+        claims = self.experiment.claims(log, scenario)
+        return {
+            "metrics": contact_metrics(log["t"], force, self.touch),
+            "failed": [claim.claim for claim in claims if claim.holds is False],
+            "force": force.tolist(),
+        }
+
+
+def run_trial(trial: Trial) -> dict[str, Any]:
+    """Returns what `Trial.told` does of a run.
+
+    Raises:
+        GeoimpError: the scenario cannot be used, or the simulation fails.
+    """
+    scenario = trial.experiment.scenario((trial.scenario,))
+    _, log = simulated(trial.experiment, scenario)
+    return trial.told(log, scenario)
+
+
+def simulated(experiment: Any, scenario: Any) -> tuple[Any, dict[str, Array]]:
+    """Returns the set-up of a scenario and the log of its run.
+
+    Raises:
+        GeoimpError: the scenario cannot be used, or the simulation does not reach its end.
+    """
+    setup = experiment.build(scenario)
+    outcome = simulate(
+        setup.diagram,
+        scenario.simulator,
+        scenario.duration,
+        label=scenario.experiment,
+        events=setup.events,
+    )
+    if outcome.failure is not None:
+        raise cannot_start(outcome.failure)
+    return setup, setup.recorder.collect(outcome.context)
+
+
+def with_gains(scenario: Any, factors: Mapping[str, float]) -> dict[str, Any]:
+    """Returns the data of a scenario whose gains of translation are scaled.
+
+    Args:
+        scenario: as given.
+        factors: by letter, M, D, K.
+    """
+    data = plain_data(scenario)
+    translation = data["impedance"]["translation"]
+    # A design that the gains followed from is no longer theirs.
+    translation["design"] = None
+    for letter, factor in factors.items():
+        name, _ = GAINS[letter]
+        value = factor * np.asarray(getattr(scenario.impedance.translation, name), dtype=float)
+        translation[name] = value.tolist()
+    return data
