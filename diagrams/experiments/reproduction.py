@@ -4,19 +4,26 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from geoimp_drake.campaigns.reproduction import Section
 from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
+from geoimp_drake.diagrams.experiments.worlds import WorldsSection
 from geoimp_drake.scenario.loading import read_yaml
 
-__all__ = ["studies"]
+__all__ = ["sections", "studies"]
 
 
 def studies() -> tuple[Study, ...]:
     """Returns every experiment with its variants, in the catalogue's order."""
     data = read_yaml(Path(__file__).with_suffix(".yaml"))
     return tuple(_study(name, data[name]) for name in EXPERIMENTS)
+
+
+def sections() -> tuple[Section, ...]:
+    """Returns what is run besides."""
+    return (WorldsSection(),)
 
 
 def _study(name: str, data: Mapping[str, Any]) -> Study:

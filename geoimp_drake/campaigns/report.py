@@ -7,6 +7,7 @@ from geoimp_drake.campaigns.reproduction import (
     CONTRAST,
     Judged,
     Reproduction,
+    SectionResult,
     StudyResult,
     VariantResult,
 )
@@ -75,7 +76,10 @@ def _contents(reproduction: Reproduction) -> dict[str, Any]:
             if counts[verdict] or verdict != REPORTED
         ],
         "failures": reproduction.failures(),
-        "sections": [_section(study) for study in reproduction.studies],
+        "sections": [
+            *(_section(study) for study in reproduction.studies),
+            *(_other_section(result) for result in reproduction.sections),
+        ],
         "versions": versions(),
         "seeds": reproduction.seeds(),
         "duration": reproduction.duration,
@@ -90,6 +94,16 @@ def _section(result: StudyResult) -> dict[str, Any]:
         "runs": [_run(name, variant) for variant in result.variants],
         "comparison": _comparison(result),
     }
+
+
+def _other_section(result: SectionResult) -> dict[str, Any]:
+    matter = {
+        "title": "all runs",
+        "figures": [_figure("Claims", f"{result.name}/{result.figure}", result.text)],
+        "links": [(file, f"{result.name}/{file}") for file in result.files],
+        "claims": [_row(judged) for judged in result.judged()],
+    }
+    return {"name": result.name, "summary": result.summary, "runs": [], "comparison": matter}
 
 
 def _run(experiment: str, result: VariantResult) -> dict[str, Any]:

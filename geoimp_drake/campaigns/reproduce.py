@@ -4,6 +4,7 @@
  OUT/report.html
  OUT/EXPERIMENT/comparison.png, .pdf, .json    across the variants
  OUT/EXPERIMENT/VARIANT/                       what a run writes
+ OUT/SECTION/                                  of what is no experiment with variants
  OUT/journal.jsonl                             what has finished
 ```
 """
@@ -23,7 +24,12 @@ from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.journal import Finished, Journal
 from geoimp_drake.campaigns.many_runs import check_jobs, run_many
 from geoimp_drake.campaigns.report import REPORT, check_report, write_report
-from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
+from geoimp_drake.campaigns.reproduction import (
+    Reproduction,
+    Section,
+    StudyResult,
+    VariantResult,
+)
 from geoimp_drake.campaigns.study import Study
 from geoimp_drake.campaigns.study_run import (
     RUN_FIELDS,
@@ -54,6 +60,7 @@ def reproduce(
     jobs: int = 1,
     duration: float | None = None,
     seed: int | None = None,
+    sections: Sequence[Section] = (),
 ) -> Reproduction:
     """Runs what `out` does not have yet, compares the variants and writes the report.
 
@@ -66,6 +73,7 @@ def reproduce(
         jobs: processes on this machine.
         duration: simulated time of every run [s], in the place of the scenarios' own.
         seed: of the sensors' noise, in the place of the scenarios' own.
+        sections: that are run besides.
 
     Raises:
         ConfigurationError: an option or the folder cannot be used, or an extra is missing; nothing
@@ -75,8 +83,10 @@ def reproduce(
     label = "geoimp reproduce"
     check_jobs(jobs, label)
     check_report(label)
-    check_folder(out, _files(studies))
-    runs = _runs(studies, out.absolute(), duration, seed)
+    check_folder(out, _files(studies, sections))
+    given = {"duration": duration, "seed": seed}
+    overrides = tuple(f"{name}={value}" for name, value in given.items() if value is not None)
+    runs = _runs(studies, out.absolute(), overrides)
     done = Journal(out / JOURNAL, PLAN, RUN_FIELDS).read()
     missing = [
         run for key, run in runs.items() if key not in done or not is_current(run, done[key])
@@ -95,7 +105,8 @@ def reproduce(
     )
     try:
         results = tuple(_result(study, out, finished) for study in studies)
-        reproduction = Reproduction(results, duration)
+        made = tuple(section.run(out / section.name, jobs, overrides) for section in sections)
+        reproduction = Reproduction(results, duration, made)
         write_report(reproduction, out)
     except OutputError as error:
         without = [key for key, ended in finished.items() if ended.result is None]
@@ -105,9 +116,10 @@ def reproduce(
     return reproduction
 
 
-def _files(studies: Sequence[Study]) -> Iterator[str]:
+def _files(studies: Sequence[Study], sections: Sequence[Section]) -> Iterator[str]:
     """Yields the paths of all files that are written, relative to the folder."""
     yield from (JOURNAL, REPORT)
+    yield from (f"{section.name}/{file}" for section in sections for file in section.files)
     for study in studies:
         yield from (f"{study.name}/{file}" for file in COMPARISON_FILES)
         for variant in study.variants:
@@ -115,12 +127,8 @@ def _files(studies: Sequence[Study]) -> Iterator[str]:
             yield from (f"{study.name}/{variant.name}/{file}" for file in files)
 
 
-def _runs(
-    studies: Sequence[Study], out: Path, duration: float | None, seed: int | None
-) -> dict[str, StudyRun]:
+def _runs(studies: Sequence[Study], out: Path, overrides: tuple[str, ...]) -> dict[str, StudyRun]:
     """Returns every run by its key, the longest first so that no process idles at the end."""
-    given = {"duration": duration, "seed": seed}
-    overrides = tuple(f"{name}={value}" for name, value in given.items() if value is not None)
     runs = {}
     for study in sorted(studies, key=lambda study: -study.cost):
         for variant in study.variants:

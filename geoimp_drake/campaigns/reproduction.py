@@ -2,10 +2,10 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.study import Study, Variant
@@ -15,6 +15,8 @@ __all__ = [
     "CONTRAST",
     "Judged",
     "Reproduction",
+    "Section",
+    "SectionResult",
     "StudyResult",
     "VariantResult",
     "format_reproduction",
@@ -97,16 +99,60 @@ class StudyResult:
 
 
 @dataclass(frozen=True)
+class SectionResult:
+    """A section of its own, which is no experiment with variants.
+
+    Attributes:
+        name: of its folder.
+        summary: in one line.
+        text: what its figure shows.
+        claims: on all of its runs.
+        figure: stem of its file.
+        files: what else is linked.
+        failures: what stopped a run, by its key.
+    """
+
+    name: str
+    summary: str
+    text: str
+    claims: tuple[Claim, ...]
+    figure: str
+    files: tuple[str, ...]
+    failures: Mapping[str, str]
+
+    def judged(self) -> list[Judged]:
+        """Returns every claim with its verdict."""
+        return [Judged(claim, claim.verdict) for claim in self.claims]
+
+
+class Section(Protocol):
+    """What makes such a section.
+
+    Attributes:
+        name: of its folder.
+        files: that it may write there.
+    """
+
+    name: str
+    files: tuple[str, ...]
+
+    def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
+        """Runs what the folder does not have yet, with settings laid over all scenarios."""
+
+
+@dataclass(frozen=True)
 class Reproduction:
     """Everything.
 
     Attributes:
         studies: the experiments with their runs.
         duration: simulated time that was requested instead of the scenarios' own [s].
+        sections: the others.
     """
 
     studies: tuple[StudyResult, ...]
     duration: float | None
+    sections: tuple[SectionResult, ...] = ()
 
     def judged(self) -> Iterator[tuple[str, Judged]]:
         """Yields every claim with its verdict, and the run or comparison that it belongs to."""
@@ -115,6 +161,8 @@ class Reproduction:
             for result in study.variants:
                 yield from ((f"{name}/{result.variant.name}", one) for one in result.judged())
             yield from ((f"{name}, compared", one) for one in study.judged_across())
+        for section in self.sections:
+            yield from ((section.name, one) for one in section.judged())
 
     def count(self) -> Counter[str]:
         """Returns how many claims there are of each verdict."""
@@ -127,12 +175,18 @@ class Reproduction:
 
     def failures(self) -> dict[str, str]:
         """Returns what stopped a simulation, by run."""
-        return {
+        of_studies = {
             f"{study.study.name}/{result.variant.name}": result.failure
             for study in self.studies
             for result in study.variants
             if result.failure is not None
         }
+        of_sections = {
+            f"{section.name}/{key}": failure
+            for section in self.sections
+            for key, failure in section.failures.items()
+        }
+        return of_studies | of_sections
 
 
 def format_reproduction(reproduction: Reproduction) -> str:

@@ -49,6 +49,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.experiment == WORLDS:
         return _run_worlds(options)
+    if options.jobs is not None:
+        raise ConfigurationError(f"--jobs is for {WORLDS}, which is many runs; leave it out.")
     if options.host is not None and not options.meshcat:
         raise ConfigurationError("--host is where --meshcat listens; give --meshcat as well.")
     experiment = get_experiment(options.experiment or named_in(options.scenario))
@@ -82,7 +84,7 @@ def _run_worlds(options: argparse.Namespace) -> int:
     overrides = [f"{path}={value}" for path, value in given.items() if value is not None]
     result = run_worlds(
         options.out or Path("results") / WORLDS,
-        jobs=os.cpu_count() or 1,
+        jobs=options.jobs or os.cpu_count() or 1,
         overrides=(*overrides, *options.overrides),
     )
     print(format_claims(result.claims))
@@ -218,7 +220,7 @@ def reproduce(options: argparse.Namespace) -> int:
     from geoimp_drake.campaigns.report import REPORT
     from geoimp_drake.campaigns.reproduce import reproduce as run_all
     from geoimp_drake.campaigns.reproduction import format_reproduction
-    from geoimp_drake.diagrams.experiments.reproduction import studies
+    from geoimp_drake.diagrams.experiments.reproduction import sections, studies
 
     out = options.out or Path("results") / "reproduce"
     reproduction = run_all(
@@ -227,6 +229,7 @@ def reproduce(options: argparse.Namespace) -> int:
         jobs=(os.cpu_count() or 1) if options.jobs is None else options.jobs,
         duration=options.duration,
         seed=options.seed,
+        sections=sections(),
     )
     print(format_reproduction(reproduction))
     print(f"\nreport: {out / REPORT}")

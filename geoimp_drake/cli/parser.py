@@ -224,6 +224,7 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     run.add_argument("--orientation", metavar="FAMILY", help="orientation family of the impedance")
     add_scenario_options(run)
     run.add_argument("--no-figures", action="store_true", help="write no figures")
+    run.add_argument("--jobs", type=int, metavar="N", help="processes of worlds (one a core)")
     view = run.add_mutually_exclusive_group()
     view.add_argument("--html", action="store_true", help="write replay.html")
     view.add_argument(

@@ -60,7 +60,9 @@ def keys_in(out: Path) -> list[str]:
 
 def claims_in(out: Path) -> list[dict[str, object]]:
     files = [*out.glob("*/*/metrics.json"), *out.glob("*/comparison.json")]
-    return [claim for file in files for claim in json.loads(file.read_text("utf-8"))["claims"]]
+    worlds = json.loads((out / "worlds" / "worlds.json").read_text("utf-8"))
+    claims = (json.loads(file.read_text("utf-8"))["claims"] for file in files)
+    return [*worlds, *(claim for of_file in claims for claim in of_file)]
 
 
 def test_every_experiment_is_reproduced():
@@ -81,6 +83,17 @@ def test_each_run_has_its_folder_with_the_files_of_a_run(whole):
         scenario = (out / key / "scenario.yaml").read_text("utf-8")
         form = "blocks" if "form=blocks" in variant.settings else fastest_form()["form"]
         assert f"\nform: {form}\n" in scenario
+
+
+def test_the_worlds_have_a_section_with_what_is_claimed_of_the_deviations(whole):
+    out, _ = whole
+    page = (out / "report.html").read_text("utf-8")
+    assert '<h2 id="worlds">' in page
+    assert page.count("plexiglas, mild: E off C at rest") == 1
+    keys = [key.split("/")[:2] for key in keys_in(out / "worlds")]
+    assert {experiment for experiment, error in keys if error == "masses"} == {
+        world for world in EXPERIMENTS if world not in ("disturbance", "limits", "collision")
+    }
 
 
 def test_what_a_variant_breaks_on_purpose_is_a_claim_of_its_run(whole):
@@ -133,6 +146,7 @@ def small_study(**settings: tuple[str, ...]) -> Study:
 
 def test_another_duration_or_seed_is_run_anew(out, monkeypatch):
     monkeypatch.setattr(reproduction, "studies", lambda: (small_study(one=()),))
+    monkeypatch.setattr(reproduction, "sections", lambda: ())
     for count, (duration, seed) in enumerate([("0.01", "0"), ("0.02", "0"), ("0.02", "3")], 1):
         assert run("--duration", duration, "--seed", seed, "--jobs", "1", "--out", out) == 0
         assert len(keys_in(out)) == count
@@ -148,6 +162,7 @@ def test_a_simulation_that_fails_is_shown_and_gives_status_1(out, monkeypatch, c
         unreachable=("start.position=[2.5, 0, 0.7]",),
     )
     monkeypatch.setattr(reproduction, "studies", lambda: (study,))
+    monkeypatch.setattr(reproduction, "sections", lambda: ())
     assert run("--jobs", "2", "--out", out) == 1
     errors = capsys.readouterr().err
     assert re.search("simulation of plexiglas/unstable failed: ", errors)

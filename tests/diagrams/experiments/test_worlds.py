@@ -1,13 +1,15 @@
 """Claims in other worlds: every run is named, and a cell says to what size a claim stands."""
 
 import csv
+import importlib.util
 import json
 from pathlib import Path
 
 import pytest
+from library_tree import ROOT
 
 from geoimp_drake import cli
-from geoimp_drake.diagrams.experiments import worlds
+from geoimp_drake.diagrams.experiments import worlds, worlds_matrix
 from geoimp_drake.scenario.loading import read_yaml
 
 PLAN = {
@@ -42,7 +44,7 @@ def test_every_experiment_meets_every_error_of_the_plan():
     ],
 )
 def test_a_cell_says_to_what_size_a_claim_stands(runs, words, share):
-    assert worlds._cell(runs) == worlds.Cell(words, share)
+    assert worlds_matrix._cell(runs) == worlds_matrix.Cell(words, share)
 
 
 def test_a_plan_leaves_table_heat_map_and_claims_and_is_not_run_twice(tmp_path):
@@ -64,3 +66,19 @@ def test_a_plan_leaves_table_heat_map_and_claims_and_is_not_run_twice(tmp_path):
 def test_the_command_line_refuses_what_one_run_alone_can_have(capsys, tmp_path):
     assert cli.main(["run", "worlds", "--html", "--out", str(tmp_path)]) == 2
     assert "leave out" in capsys.readouterr().err
+    assert cli.main(["run", "plexiglas", "--jobs", "2", "--out", str(tmp_path)]) == 2
+    assert "--jobs is for worlds" in capsys.readouterr().err
+
+
+def test_four_times_the_gain_cuts_the_offset_to_a_quarter_far_from_the_predictors_limit():
+    path = ROOT / "docs" / "validation" / "studies" / "design_against_error.py"
+    spec = importlib.util.spec_from_file_location("design_against_error", path)
+    study = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(study)
+    heavier = study.ERRORS["links 10 % heavier"]
+    once, four_times = study.off(1.0, heavier), study.off(4.0, heavier)
+    assert once / four_times == pytest.approx(4.0, rel=0.02)
+    limit = study.largest_factor()
+    assert 400.0 < limit < 600.0
+    page = (ROOT / "docs" / "validation" / "worlds.md").read_text("utf-8")
+    assert f"| {once:.2g} mm | {four_times:.2g} mm |" in page
