@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, OutputPort, System
 from pydrake.systems.primitives import LinearSystem
@@ -35,7 +36,8 @@ def linearize(
     """
     for part in _leaves(system):
         _check(part)
-    with drake_errors(ConversionError, f"'{system.get_name()}' cannot be linearized"):
+    raised = (RuntimeError, TypeError)
+    with drake_errors(ConversionError, f"'{system.get_name()}' cannot be linearized", raised):
         converted = system.ToAutoDiffXd()
         at = converted.CreateDefaultContext()
         at.SetTimeStateAndParametersFrom(context)
@@ -65,10 +67,14 @@ def _leaves(system: System) -> Iterator[System]:
 
 
 def _check(system: System) -> None:
-    """Raises ConversionError if a plant is discrete or has hydroelastic contact."""
-    if not isinstance(system, MultibodyPlant):
-        return
-    if system.time_step() > 0.0:
+    """Raises ConversionError if a plant is discrete, or a geometry hydroelastic."""
+    if isinstance(system, SceneGraph):
+        inspector = system.model_inspector()
+        for geometry in inspector.GetAllGeometryIds():
+            properties = inspector.GetProximityProperties(geometry)
+            if properties is not None and properties.HasProperty("hydroelastic", "compliance_type"):
+                raise ConversionError(f"'{inspector.GetName(geometry)}' is hydroelastic")
+    if isinstance(system, MultibodyPlant) and system.time_step() > 0.0:
         raise ConversionError(
             f"'{system.get_name()}' is a discrete plant, with steps of {system.time_step():g} s"
         )

@@ -22,6 +22,7 @@ __all__ = [
     "joined",
     "local",
     "matrix",
+    "numbers",
     "sized",
     "sized_like",
     "stored",
@@ -61,6 +62,16 @@ def sized(a: Array, *shape: int) -> Array:
 def sized_like(a: Array, pattern: Array) -> Array:
     """The array `a`, a small array if `pattern`, which has the same shape, is one."""
     return a
+
+
+def numbers(a: Array) -> Array:
+    """The array `a` itself if it is one of floats, the values of one of `AutoDiffXd`.
+
+    For checks, and for what has its derivatives from elsewhere.
+    """
+    if a.dtype == float:
+        return a
+    return np.array([float(entry.value()) for entry in a.ravel()]).reshape(a.shape)
 
 
 def local(a: Array) -> Array:

@@ -25,8 +25,9 @@ __all__ = ["target_filter"]
 @compilable
 def _jerk(pole: float, error: Array, v: Array, a: Array, speed: float) -> Array:
     """Returns λ³ e − 3λ² v − 3λ a, e not longer than what lets v tend to the speed, 3 speed/λ."""
-    longest, length = 3.0 * speed / pole, np.sqrt(error @ error)
-    share = longest / length if length > longest else 1.0
+    longest, square = 3.0 * speed / pole, error @ error
+    # Without the root at zero, which has no derivative.
+    share = longest / np.sqrt(square) if square > longest * longest else 1.0
     return pole * (pole * (pole * share * error - 3.0 * v) - 3.0 * a)
 
 
@@ -34,7 +35,7 @@ def _jerk(pole: float, error: Array, v: Array, a: Array, speed: float) -> Array:
 def target_filter(
     motion: Array, target: Array, pole: float, speed: float, angular_speed: float, rates: Array
 ) -> None:
-    """Writes the derivative of a frame's motion on its way to a target pose. Floats only.
+    """Writes the derivative of a frame's motion on its way to a target pose.
 
         p⃛ = λ³ (p_t − p) − 3λ² v − 3λ v̇,   ω̈ = λ³ log(R_t Rᵀ) − 3λ² ω − 3λ ω̇
 

@@ -37,6 +37,8 @@ class AdaptiveDampingConfig:
 class AdaptiveDamping:
     """The part of `systems.adaptive_damping.AdaptiveDamping`; arguments and errors are the same."""
 
+    float_only = "changes the damping step by step"
+
     def __init__(self, period: float = 1e-3, config: AdaptiveDampingConfig | None = None):
         config = config or AdaptiveDampingConfig()
         config.validate("damping")

@@ -21,6 +21,8 @@ class ConstrainedAcceleration:
         limits: of the arm.
     """
 
+    float_only = "solves a quadratic program in floats"
+
     def __init__(self, limits: JointLimits):
         self._limits, self._n, self._law = limits, limits.num_joints, compiled(limit_test)
         self._is_finite = compiled(is_finite)

@@ -93,6 +93,8 @@ class HandReferences:
         grasp: the mutual pose of the grasp.
     """
 
+    float_only = "finds its motions in arrays of floats"
+
     def __init__(self, grasp: GraspPose):
         self._grasp = grasp
         self._rigid, self._moving = compiled(rigid_references), compiled(moving_references)

@@ -4,13 +4,14 @@ import logging
 
 import numpy as np
 
+from geoimp_drake.compilation.small_arrays import numbers
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.laws.frame_motion import FRAME_STATE_SIZE, QUATERNION, VELOCITY
 from geoimp_drake.laws.impedance import coupled_stiffness
 from geoimp_drake.laws.impedance.compliant_motion import has_diverged
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.part import Now
-from geoimp_drake.parts.signals import check_frame_motion, check_wrench, numbers
+from geoimp_drake.parts.signals import check_frame_motion, check_wrench
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import finite_array

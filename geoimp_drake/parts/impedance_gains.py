@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from geoimp_drake.compilation.small_arrays import numbers
 from geoimp_drake.errors import SignalError
 from geoimp_drake.parts.part import Now
 from geoimp_drake.parts.signals import check_signal
@@ -65,13 +66,16 @@ class ImpedanceGains:
         """
         if now is None or not now.has_any(GAIN_PORTS):
             return self.configured
-        translation, rotation, coupling, parts = (gain.copy() for gain in self.configured)
+        *gains, parts = self.configured
+        kind = next(now[name].dtype for name in GAIN_PORTS if now.has(name))
+        translation, rotation, coupling = (gain.astype(kind) for gain in gains)
+        parts = parts.copy()
         if now.has("stiffness"):
             rotation[2], coupling[0], translation[2] = self._blocks(now, "stiffness")
-            parts[2] |= coupling[0].any()
+            parts[2] |= (coupling[0] != 0.0).any()
         if now.has("damping"):
             rotation[1], coupling[1], translation[1] = self._blocks(now, "damping")
-            parts[4] = coupling[1].any()
+            parts[4] = (coupling[1] != 0.0).any()
         if now.has("stiffness_scale"):
             p, o = _factors(now, "stiffness_scale")
             translation[2] *= p
@@ -107,11 +111,11 @@ class ImpedanceGains:
         """Returns the blocks of rotation, of coupling and of translation of a matrix at a port."""
         value, port = now[name], now.port(name)
         check_signal(value, port)
-        fault = _fault(value.tobytes())
+        fault = _fault(numbers(value).tobytes())
         if fault:
             raise SignalError(f"Port '{port}' got a matrix {fault}")
         rotation, coupling, translation = _split(value)
-        if coupling.any():
+        if (coupling != 0.0).any():
             self._check_coupling(port, name)
         return rotation, coupling, translation
 
@@ -154,10 +158,11 @@ def _fault(data: bytes) -> str:
 
 
 def _factors(now: Now, name: str) -> Array:
-    factors: Array = now[name]
+    value: Array = now[name]
+    factors = numbers(value)
     if not (np.isfinite(factors).all() and factors.min() > 0.0):
         raise SignalError(
             f"Port '{now.port(name)}' got {' and '.join(f'{factor:g}' for factor in factors)}; "
             f"factors must be positive and finite."
         )
-    return factors
+    return value

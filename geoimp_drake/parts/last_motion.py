@@ -11,6 +11,8 @@ __all__ = ["KeptMotion"]
 class KeptMotion:
     """The part of `LastMotion`."""
 
+    float_only = "holds a motion step by step"
+
     def __init__(self) -> None:
         self.inputs = {"motion": FRAME_MOTION_SIZE}
         self.memory = Memory(last=AT_REST)

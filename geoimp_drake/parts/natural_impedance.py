@@ -31,10 +31,6 @@ class _Found:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self.terms: tuple[Array, ...] = ()
 
-    def autodiff(self) -> "_Found":
-        self.motion = self.motion.astype(object)
-        return self
-
 
 class NaturalImpedance:
     """The part of `systems.natural_impedance.NaturalImpedance`; arguments and errors are the same.
@@ -45,6 +41,7 @@ class NaturalImpedance:
     """
 
     needs_wrench = False
+    float_only = "takes the root of a matrix in floats"
 
     def __init__(self, springs: Impedance, damping_ratio: float = 1.0):
         positive(damping_ratio, "damping_ratio")
@@ -119,7 +116,7 @@ class NaturalImpedance:
         return np.asarray(energy)
 
     def _write_of(self, now: Now, arm: ArmState, motion: Array) -> tuple[Array, ...]:
-        springs, desired, damping = self.springs, now["desired_motion"], np.empty(6, motion.dtype)
+        springs, desired, damping = self.springs, now["desired_motion"], np.empty(6)
         state = np.concatenate((arm.Q_WE, arm.p_WE, arm.V_WE))
         gains, factor = springs.gains(now), self._factor
         stiffness, (*_, couples, in_desired, _) = _stiffness(gains), gains[3]

@@ -28,6 +28,8 @@ class ObjectKinematics:
         load: how the object's wrench follows from those of the hands.
     """
 
+    float_only = "finds its motions in arrays of floats"
+
     def __init__(self, load: LoadArguments):
         self._load = load.arguments
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)

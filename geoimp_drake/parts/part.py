@@ -173,6 +173,9 @@ class Part(Protocol):
         inputs: sizes of vectors by name, 19 for a frame motion, or an example of anything else.
         memory: what is remembered from sample to sample and from step to step.
         outputs: in the order of their ports.
+
+    A part without derivatives by `AutoDiffXd` says why in an attribute `float_only`; one that takes
+    samples has none anyway.
     """
 
     @property

@@ -27,6 +27,8 @@ class PassiveGains:
         level: place in the memory of the energy in the tank.
     """
 
+    float_only = "changes the gains step by step"
+
     def __init__(self, springs: Impedance, config: TankConfig | None = None):
         config = config or TankConfig()
         config.validate("tank")

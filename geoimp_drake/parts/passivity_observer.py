@@ -44,6 +44,8 @@ class ObserverConfig:
 class PassivityObserver:
     """The part of `systems.passivity_observer.PassivityObserver`; arguments are the same."""
 
+    float_only = "counts energy step by step"
+
     def __init__(self, period: float = 1e-3, config: ObserverConfig | None = None):
         config = config or ObserverConfig()
         config.validate("observer")

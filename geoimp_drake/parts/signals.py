@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from geoimp_drake.compilation.small_arrays import numbers
 from geoimp_drake.errors import SignalError
 from geoimp_drake.laws.frame_motion import QUATERNION, is_finite
 from geoimp_drake.laws.impedance.compliant_motion import has_diverged
 from geoimp_drake.rotations import quaternion
 from geoimp_drake.typing import Array
 
-__all__ = ["AT_REST", "check_frame_motion", "check_signal", "check_wrench", "is_set", "numbers"]
+__all__ = ["AT_REST", "check_frame_motion", "check_signal", "check_wrench", "is_set"]
 
 # The motion of a frame that rests at W's origin.
 AT_REST = np.array([1.0, *[0.0] * 18])
@@ -23,13 +24,6 @@ def is_set(pose: Array) -> bool:
     """
     # Compared: an `AutoDiffXd` counts as true whatever its value.
     return bool(pose[0] != 0.0 or pose[1] != 0.0 or pose[2] != 0.0 or pose[3] != 0.0)
-
-
-def numbers(value: Array) -> Array:
-    """Returns a signal of floats itself, the values of one of `AutoDiffXd`: what checks take."""
-    if value.dtype == float:
-        return value
-    return np.array([float(entry.value()) for entry in value])
 
 
 def check_signal(value: Array, port: str) -> None:

@@ -104,13 +104,16 @@ class PartSystem(PartShell, Block):
         """Returns the same part for `AutoDiffXd`.
 
         Raises:
-            ConversionError: it samples, so that it has no continuous motion.
+            ConversionError: it samples, or says why it is `float_only`.
         """
         from geoimp_drake.systems.autodiff_part_system import autodiff_system_of
 
+        reason = getattr(self._part, "float_only", "")
         if isinstance(self._part, Samples):
             periods = " and ".join(f"{period:g} s" for period, _ in self._part.samplings)
-            raise ConversionError(f"'{self.get_name()}' takes samples every {periods}")
+            reason = f"takes samples every {periods}"
+        if reason:
+            raise ConversionError(f"'{self.get_name()}' {reason}")
         return autodiff_system_of(self._part)
 
     def _calc_by(

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import local, sized_like, stored
+from geoimp_drake.compilation.compiled import compilable, compilable_as
+from geoimp_drake.compilation.small_arrays import local, numbers, sized_like, stored
 from geoimp_drake.laws.redundancy.pseudo_inverse import (
     null_space_projector,
     weighted_pseudo_inverse,
@@ -39,11 +39,19 @@ class SingularityDamping:
             positive(self.factor, key(name, "factor"))
 
 
-@compilable
-def smallest_singular_value(J: Array) -> float:
-    """Returns the smallest singular value of J (6, n), the distance from a singularity."""
+def _smallest_singular_value(J: Array) -> float:
     _, singular_values, _ = np.linalg.svd(stored(J), full_matrices=False)
     return float(singular_values[-1])
+
+
+@compilable_as(_smallest_singular_value)
+def smallest_singular_value(J: Array) -> float:
+    """Returns the smallest singular value of J (6, n), the distance from a singularity."""
+    if J.dtype == float:
+        return _smallest_singular_value(J)
+    # σ = uᵀJv, in which the derivatives of u and v cancel.
+    U, _, Vt = np.linalg.svd(numbers(J), full_matrices=False)
+    return U[:, -1] @ J @ Vt[-1]
 
 
 @compilable

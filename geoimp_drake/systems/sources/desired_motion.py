@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -12,7 +12,9 @@ from pydrake.trajectories import Trajectory
 
 from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.laws.motion_about_axis import motion_from_rest
+from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.systems.autodiff_part_system import autodiff_system_of
 from geoimp_drake.systems.frame_motion import (
     FRAME_MOTION_SIZE,
     POSITION,
@@ -134,6 +136,10 @@ class DesiredMotion(Block):
             prerequisites_of_calc={self.time_ticket()},
         )
 
+    def to_autodiff(self) -> Any:
+        """Returns the same for `AutoDiffXd`, without derivatives by the time."""
+        return autodiff_system_of(_Followed(self._path))
+
     def duration(self) -> float:
         """Returns the time at which the last segment, or the trajectory, ends [s]."""
         return self._path.end
@@ -146,6 +152,18 @@ class DesiredMotion(Block):
 
     def _calc_motion(self, context: Context, output: BasicVector) -> None:
         self._path.write(context.get_time(), output.get_mutable_value())
+
+
+class _Followed:
+    """A part: a path, followed over the time."""
+
+    def __init__(self, path: _Path):
+        self._path, self.memory = path, Memory()
+        self.inputs: dict[str, Any] = {}
+        self.outputs = (Output("motion", FRAME_MOTION_SIZE, self._write, ("time",)),)
+
+    def _write(self, now: Now, motion: Array) -> None:
+        self._path.write(now.time, motion)
 
 
 class _Segments:

@@ -2,17 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
 from pydrake.common.value import AbstractValue
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.multibody.math import SpatialForce, SpatialForce_
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import Frame
 from pydrake.polynomial import Polynomial
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, LeafSystem_
 from pydrake.trajectories import PiecewisePolynomial
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.systems.part_shell import seconds
 from geoimp_drake.systems.part_system import Block
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, finite_vector, key, non_negative, positive
@@ -132,7 +135,7 @@ class ExternalWrench(Block):
         self._final = SpatialForce(
             tau=R @ np.asarray(ramp.moment, dtype=float), f=R @ np.asarray(ramp.force, dtype=float)
         )
-        self._profile = ramp.profile()
+        self._profile, self._applied = ramp.profile(), applied
         self.DeclareAbstractOutputPort(
             "applied_spatial_force",
             lambda: AbstractValue.Make([applied]),
@@ -140,7 +143,37 @@ class ExternalWrench(Block):
             {self.time_ticket()},
         )
 
+    def to_autodiff(self) -> Any:
+        """Returns the same for `AutoDiffXd`, without derivatives by the time."""
+        return _AutoDiffWrench(self._applied, self._final, self._profile)
+
     def _calc_force(self, context: Context, output: AbstractValue) -> None:
         applied = output.get_value()
         applied[0].F_Bq_W = self._final * self._profile(context.get_time())
+        output.set_value(applied)
+
+
+class _AutoDiffWrench(LeafSystem_[AutoDiffXd]):
+    """An external wrench for `AutoDiffXd`: where it acts, its final value and its share by time."""
+
+    def __init__(
+        self,
+        applied: ExternallyAppliedSpatialForce,
+        final: SpatialForce,
+        profile: Callable[[float], float],
+    ):
+        LeafSystem_[AutoDiffXd].__init__(self)
+        self._final, self._profile = final.get_coeffs(), profile
+        model = ExternallyAppliedSpatialForce_[AutoDiffXd]()
+        model.body_index, model.p_BoBq_B = applied.body_index, applied.p_BoBq_B
+        self.DeclareAbstractOutputPort(
+            "applied_spatial_force",
+            lambda: AbstractValue.Make([model]),
+            self._calc_force,
+            {self.time_ticket()},
+        )
+
+    def _calc_force(self, context: Any, output: AbstractValue) -> None:
+        applied, F = output.get_value(), self._final * self._profile(seconds(context.get_time()))
+        applied[0].F_Bq_W = SpatialForce_[AutoDiffXd](tau=F[:3], f=F[3:])
         output.set_value(applied)
