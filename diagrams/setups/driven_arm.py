@@ -28,6 +28,7 @@ from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus
 from geoimp_drake.robots.tare_drive import PostureTour
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench
+from geoimp_drake.task_functions.task_function import TaskFunction
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check
 
@@ -93,6 +94,7 @@ class ScenarioDrive:
     Args:
         scenario: is checked, its duration filled in; the start posture is that of the robot.
         robot: the driver, in the place of the one that the scenario names.
+        task_function: of a redundant arm, in the place of the scenario's.
 
     Attributes:
         robot: the driver.
@@ -102,7 +104,12 @@ class ScenarioDrive:
         ConfigurationError: the scenario cannot be used, or does not fit its driver.
     """
 
-    def __init__(self, scenario: SingleArmScenario, robot: RobotArm | None = None):
+    def __init__(
+        self,
+        scenario: SingleArmScenario,
+        robot: RobotArm | None = None,
+        task_function: TaskFunction | None = None,
+    ):
         check(scenario)
         _check_nominal(scenario)
         _check_torques(scenario)
@@ -116,7 +123,13 @@ class ScenarioDrive:
         joints = ControlModel.of_arm(plant, arm, E).joint_names
         self.robot = robot or driver.make(joints, lambda: simulated_robot(scenario))
         self.loop = ControlLoop(
-            plant, arm, E, scenario, gravity=self.robot.gravity, joints=self.robot.joints
+            plant,
+            arm,
+            E,
+            scenario,
+            gravity=self.robot.gravity,
+            joints=self.robot.joints,
+            task_function=task_function,
         )
         scenario.duration = scenario.length
         self._drive = Drive(self.robot, self.loop, driver.drive_config())
@@ -132,10 +145,13 @@ class ScenarioDrive:
         motion = DesiredMotion(X_WE, self._scenario.segments)
         return self._drive.run(motion, self._scenario.length)
 
-    def tour(self, model: ControlModel, postures: list[Array]) -> DriveLog:
-        """Drives the arm to postures (n), base first, with a rest in each; returns the log."""
-        first = self.loop.joints.from_base(self._drive.look().q)
-        tour = PostureTour(model, [first, *postures])
+    def tour(self, tour: PostureTour) -> DriveLog:
+        """Drives the arm to postures, with a rest in each; returns the log.
+
+        Args:
+            tour: its task is the one that this was made with.
+        """
+        tour.begin(self.loop.joints.from_base(self._drive.look().q))
         return self._drive.run(tour, tour.duration)
 
     def log(self, driven: DriveLog) -> dict[str, Array]:

@@ -24,9 +24,9 @@ from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.real_time import real_time
 from geoimp_drake.robots.robot_arm import RobotArm
 from geoimp_drake.robots.tare import identify_payload, read_at_rest, tare_postures
-from geoimp_drake.robots.tare_drive import readings_of
+from geoimp_drake.robots.tare_drive import PostureTour, readings_of
 from geoimp_drake.robots.tare_log import identify_from_log
-from geoimp_drake.task_functions.config import TaskConfig
+from geoimp_drake.task_functions.posture import POSTURE_RATE
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, finite_array
 
@@ -117,14 +117,15 @@ def payload_driven(
     _check_postures(postures, model)
     assert real.robot is not None
     blind = replace(driver, wrench="none", wrench_bias=np.zeros(6))
-    # The posture of the start would hold the joints back from those of the tour.
-    free = replace(real.redundancy, task=real.redundancy.task or TaskConfig())
-    driven = replace(real, robot=replace(real.robot, driver=blind), redundancy=free)
+    # Whatever task the scenario has, joints that are redundant keep to the tour's postures.
+    held = replace(real.redundancy, task=None, k_beta=-POSTURE_RATE)
+    driven = replace(real, robot=replace(real.robot, driver=blind), redundancy=held)
     is_simulated = driver.kind == "plant"
     robot = driven_arm.simulated_robot(real, tool=tool) if is_simulated else None
     with nullcontext() if is_simulated else real_time():
-        drive = driven_arm.ScenarioDrive(driven, robot)
-        log = drive.tour(model, list(postures))
+        tour = PostureTour(model, list(postures))
+        drive = driven_arm.ScenarioDrive(driven, robot, tour.task)
+        log = drive.tour(tour)
     readings = readings_of(log, len(postures), drive.robot, model, at_wrist=at_wrist)
     return identify_payload(drive.robot, model, readings, at_wrist=at_wrist), model.joint_names
 

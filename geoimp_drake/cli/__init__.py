@@ -1,7 +1,8 @@
 """The command line `geoimp`: experiments are listed, run, compared, swept, timed.
 
 Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simulation failed, if
-its results could not be written, or if the program was told to end.
+its results could not be written, if a drive ended before its motion, or if the program was told to
+end.
 """
 
 import contextlib
@@ -61,8 +62,12 @@ def _interrupt(number: int, _: object) -> NoReturn:
 
 @contextlib.contextmanager
 def _log_on_terminal() -> Iterator[None]:
-    """Shows what Drake and this library report; Python by itself shows warnings only."""
-    handler, log = logging.StreamHandler(), logging.getLogger("drake")
+    """Shows what Drake and this library report; Python by itself shows warnings only.
+
+    The handler is at the root: where that has none, Drake gives it one with its first message of
+    C++, and all that is said afterwards would be shown by both.
+    """
+    handler, log = logging.StreamHandler(), logging.getLogger()
     log.addHandler(handler)
     try:
         yield

@@ -51,10 +51,11 @@ def drive_robot(
         )
     rows = drive.log(log)
     replay = _replay(experiment, scenario, rows) if html else None
-    result = write_run(experiment, scenario, rows, log.failure, out, figures, replay)
+    failure = log.failure or log.early
+    result = write_run(experiment, scenario, rows, failure, out, figures, replay)
     computing = f"{1e6 * np.median(log.computing):.0f} µs in the median"
     said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {computing}"
-    return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], log.failure
+    return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], failure
 
 
 def _replay(experiment: Any, scenario: Any, log: dict[str, Array]) -> Meshcat:

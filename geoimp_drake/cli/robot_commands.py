@@ -1,15 +1,11 @@
 """What the commands do that have to do with robots' own interfaces."""
 
 import argparse
+import sys
 from pathlib import Path
 
-from geoimp_drake.cli.commands import (
-    SUCCESS,
-    named_in,
-    print_files,
-    scenario_of,
-    status_of,
-)
+from geoimp_drake.cli.commands import FAILURE, SUCCESS, named_in, print_files, scenario_of
+from geoimp_drake.errors import one_line
 
 __all__ = ["drive", "robot_sim", "tare"]
 
@@ -30,7 +26,12 @@ def drive(options: argparse.Namespace) -> int:
     )
     print(claims)
     print_files(files)
-    return status_of({experiment.name: failure} if failure else {})
+    if failure is None:
+        return SUCCESS
+    print(
+        f"geoimp: the drive of {options.scenario} ended early: {one_line(failure)}", file=sys.stderr
+    )
+    return FAILURE
 
 
 def robot_sim(options: argparse.Namespace) -> int:

@@ -142,7 +142,15 @@ class Drive:
             failure = error
         finally:
             self._robot.stop()
-        return replace(self._log.read(), failure=failure)
+        return replace(self._log.read(), failure=failure, early=self._early())
+
+    def _early(self) -> RobotError | None:
+        """Returns that the motion has not ended, if so: an arm braked for its end is past it."""
+        if self._clock > self._duration:
+            return None
+        by = "Ctrl-C" if self._stops else "its supervisor, a warning says why"
+        done = f"{self._clock:.3f} s into a motion of {self._duration:g} s"
+        return RobotError(f"{self._robot.name}: stopped by {by}, {done}.")
 
     def _rehearse(self, status: RobotStatus) -> None:
         """Computes a tick for nothing: what is compiled then would keep the robot waiting."""

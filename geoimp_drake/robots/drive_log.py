@@ -21,6 +21,7 @@ class DriveLog:
         ticks: how many there were in all.
         computing: from a status to its torques, of the last ticks [s].
         failure: what ended the drive, if the supervisor did not.
+        early: that it was braked before its motion had ended, by its supervisor or by Ctrl-C.
     """
 
     values: dict[str, Array]
@@ -28,6 +29,7 @@ class DriveLog:
     ticks: int
     computing: Array
     failure: Exception | None = None
+    early: Exception | None = None
 
 
 class TickLog:

@@ -1,5 +1,6 @@
 """Postures that an arm is driven to, one after the other, and what is read while it rests there."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,8 @@ from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.robots.tare import TareReading, mean_at_rest
 from geoimp_drake.rotations import quaternion
+from geoimp_drake.task_functions.posture import Posture
+from geoimp_drake.task_functions.task_function import Instant, TaskValue
 from geoimp_drake.typing import Array
 
 __all__ = ["PostureTour", "readings_of"]
@@ -27,6 +30,29 @@ _ROWS = 10
 _PEAK = 1.875
 
 
+class TourPosture:
+    """w of `Posture` about q_d of a tour in the place of the start's; descend it (k_β < 0).
+
+    D alone leaves a redundant arm's null-space motion open.
+
+    Args:
+        model: the arm.
+    """
+
+    def __init__(self, model: ControlModel):
+        self._posture = Posture(model)
+        self._q, self._v = np.zeros((2, model.num_joints))
+
+    def follow(self, q: Array, v: Array) -> None:
+        """Takes q_d and its velocity, as of the tour's clock, which stands still in a hold."""
+        self._q, self._v = q, v
+
+    def evaluate(self, instant: Instant) -> TaskValue:
+        """Returns w and its derivatives; Ḃ(q_d) is left out, since q is near q_d."""
+        apart = replace(instant, v=instant.v - self._v, start_posture=self._q)
+        return self._posture.evaluate(apart)
+
+
 class PostureTour:
     """A motion of D: that of E while all joints move from rest to rest, and rest in each posture.
 
@@ -34,16 +60,22 @@ class PostureTour:
 
     Args:
         model: the arm.
-        postures: the first is where it is; each (n), base first.
+        postures: after the first, which is where it is; each (n), base first.
 
     Attributes:
-        duration: of all [s].
+        duration: of all [s]; from `begin` on.
+        task: that keeps the joints of a redundant arm on their way.
     """
 
     def __init__(self, model: ControlModel, postures: list[Array]):
         self._model, self._postures = model, postures
         self._context = model.plant.CreateDefaultContext()
-        ways = [np.abs(np.diff(pair, axis=0)).max() for pair in pairwise(postures)]
+        self.task = TourPosture(model)
+
+    def begin(self, first: Array) -> None:
+        """Puts the posture where the arm is before the others."""
+        self._postures = [first, *self._postures]
+        ways = [np.abs(np.diff(pair, axis=0)).max() for pair in pairwise(self._postures)]
         self._moves = [max(_PEAK * float(way) / _SPEED, _DWELL) for way in ways]
         self._begins = np.cumsum([0.0, *(move + _DWELL for move in self._moves)])
         self.duration = float(self._begins[-1])
@@ -54,6 +86,7 @@ class PostureTour:
         s, ds, dds = smooth_step(time - self._begins[k], self._moves[k])
         first, way = self._postures[k], self._postures[k + 1] - self._postures[k]
         plant, context, E = self._model.plant, self._context, self._model.end_effector
+        self.task.follow(first + s * way, ds * way)
         plant.SetPositions(context, first + s * way)
         plant.SetVelocities(context, ds * way)
         W, kind = self._model.world, JacobianWrtVariable.kV

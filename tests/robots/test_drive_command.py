@@ -1,8 +1,11 @@
 """`geoimp drive`: a scenario on the robot that it names, with the files of a run."""
 
 import base64
+import itertools
 import json
 import re
+import signal
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -71,6 +74,54 @@ def test_a_drive_leaves_the_files_of_a_run_and_its_last_ticks(scenario, capsys):
         np.testing.assert_allclose(poses[:, 4:7], motion[rows, POSITION], rtol=0, atol=1e-9)
         same_rotation = np.abs(np.sum(poses[:, :4] * motion[rows, QUATERNION], axis=1))
         np.testing.assert_allclose(same_rotation, 1.0, rtol=0, atol=1e-12)
+
+
+def test_nothing_is_reported_twice_also_after_a_message_of_drakes(scenario):
+    text = LIGHT.read_text("utf-8").replace("<limit", '<dynamics friction="0.1"/><limit', 1)
+    (scenario.parent / "rubs.urdf").write_text(text, "utf-8")
+    scenario.write_text(SCENARIO.replace(str(LIGHT), "rubs.urdf"), "utf-8")
+    # Pytest's own handlers would hide what Drake does.
+    command = [sys.executable, "-m", "geoimp_drake.cli", "drive", "mine.yaml", "--dry-run"]
+    done = subprocess.run(
+        command, cwd=scenario.parent, capture_output=True, text=True, timeout=300, check=True
+    )
+    assert "non-zero value for the 'friction' attribute" in done.stderr
+    # The arm is loaded for the controller and for the plant; `INFO:drake:` is the root's form.
+    assert done.stderr.count("Robot 'mine' from rubs.urdf") == 2
+    assert ":drake:" not in done.stderr
+
+
+def lost(arm, status):
+    """Of a robot that gives no more statuses."""
+
+
+def interrupted(arm, status):
+    """Of a terminal on which somebody presses Ctrl-C."""
+    signal.raise_signal(signal.SIGINT)
+    return status
+
+
+@pytest.mark.parametrize(
+    ("happens", "words"),
+    [(lost, "stopped by its supervisor, a warning says why"), (interrupted, "stopped by Ctrl-C")],
+)
+def test_a_drive_that_is_braked_before_its_motion_has_ended_fails(
+    happens, words, scenario, capsys, monkeypatch
+):
+    read, count = PlantArm.read, itertools.count()
+
+    def disturbed(arm):
+        status = read(arm)
+        return happens(arm, status) if next(count) > 700 else status
+
+    monkeypatch.setattr(PlantArm, "read", disturbed)
+    assert main(["drive", "mine.yaml", "--no-figures"]) == 1
+    line = capsys.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith("geoimp: the drive of mine.yaml ended early: ")
+    assert words in line
+    assert line.endswith(" s into a motion of 0.5 s.")
+    metrics = json.loads((scenario.parent / "results/mine/metrics.json").read_text("utf-8"))
+    assert words in metrics["failure"]
 
 
 @pytest.mark.parametrize("inertia", ["desired", "natural"])

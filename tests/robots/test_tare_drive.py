@@ -28,10 +28,10 @@ start: {{posture: [0.1, 0.6, 0.0, -1.2, 0.2, 0.8, 0.0]}}
 POSTURES = """
 - [0.1, 0.6, 0.0, -1.2, 0.2, 0.8, 0.0]
 - [0.3, 0.4, 0.5, -1.4, 1.0, 0.3, 0.8]
-- [0.0, 0.8, -0.5, -0.8, -0.6, 1.4, -0.6]
+- [0.0, 0.8, -0.5, -0.8, -2.55, 1.4, -0.6]
 - [0.2, 0.3, 0.2, -1.6, 0.9, 1.6, 0.2]
 - [-0.3, 0.7, 0.4, -0.5, -0.8, -0.4, 0.9]
-- [0.1, 1.0, -0.2, -1.2, 0.3, 0.2, 1.5]
+- [0.1, 1.0, -0.2, -1.2, 0.3, 0.2, 2.55]
 """
 
 
@@ -46,6 +46,15 @@ def check_load(printed: str, mass: float, moment: float) -> None:
     centre = numbers(printed, "centre_of_mass")
     assert abs(found - 0.5) * 9.81 <= mass
     assert np.linalg.norm(found * centre - 0.5 * np.array([0.01, -0.02, 0.06])) * 9.81 <= moment
+
+
+def check_rests(log) -> None:
+    """Checks that the arm has rested in every posture, near the ends of its joints' ranges too."""
+    whole = log.whole
+    resting = (np.abs(whole["v"]) < 0.01).all(axis=1)
+    for posture in yaml.safe_load(POSTURES):
+        near = np.abs(whole["q"] - posture).max(axis=1) < 2e-3
+        assert np.count_nonzero(near & resting) > 10
 
 
 @pytest.fixture
@@ -81,6 +90,7 @@ def test_an_arm_is_driven_to_postures_and_what_is_found_serves_its_scenario(
 
     # The same from the log of the motion, at the wrist and at the joints.
     ((drive, log),) = drives
+    check_rests(log)
     rows = drive.log(log) | {"mine/wrench": log.whole["reported_wrench"]}
     np.savez(folder / "log.npz", **rows)
     for options, left in ((["--wrist"], (0.1, 0.01)), ([], (0.05, 5e-3))):
