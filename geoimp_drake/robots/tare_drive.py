@@ -18,7 +18,7 @@ from geoimp_drake.task_functions.posture import Posture
 from geoimp_drake.task_functions.task_function import Instant, TaskValue
 from geoimp_drake.typing import Array
 
-__all__ = ["PostureTour", "readings_of"]
+__all__ = ["PostureTour", "TourPosture", "readings_of"]
 
 # Largest joint speed on the way [rad/s, m/s], and how long each posture is kept [s].
 _SPEED, _DWELL = 0.4, 1.0
