@@ -4,7 +4,7 @@ from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.law_signals import ImpedanceSignals
+from geoimp_drake.parts.law_signals import ArmSignals, ImpedanceSignals
 from geoimp_drake.parts.part import Now, Output
 from geoimp_drake.typing import Array
 
@@ -20,13 +20,14 @@ class DirectImpedance:
     Attributes:
         springs: the same.
         needs_wrench: whether the law has the wrench in it.
+        holds: see `Impedance`.
     """
 
     needs_wrench = True
 
     def __init__(self, springs: Impedance):
         self.springs = springs
-        self.inputs, self.memory = springs.inputs, springs.memory
+        self.inputs, self.memory, self.holds = springs.inputs, springs.memory, springs.holds
         self.displacement, self.energy = springs.displacement, springs.energy
         self.check_start, self.new_signals = springs.check_start, springs.new_signals
         _, *others = springs.outputs
@@ -44,10 +45,16 @@ class DirectImpedance:
         self.springs.remember(memory, now, motion, slack)
 
     def follow(
-        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, signals: ImpedanceSignals
+        self,
+        now: Now,
+        wrench: Array,
+        loop: InnerLoop,
+        memory: Array,
+        signals: ImpedanceSignals,
+        arm: ArmSignals,
     ) -> tuple[Array, ...]:
         """Does what `Impedance.follow` does, for E as measured."""
-        state = loop.motion(memory, now)[:FRAME_STATE_SIZE]
+        state = loop.measured(memory, now, arm)[:FRAME_STATE_SIZE]
         self.springs.evaluate(now, now["desired_motion"], wrench, state, signals)
         return ()
 

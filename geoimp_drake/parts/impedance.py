@@ -21,7 +21,7 @@ from geoimp_drake.parts.impedance_checks import ImpedanceChecks, at_rest, checke
 from geoimp_drake.parts.impedance_energy import Energies, ImpedanceEnergy
 from geoimp_drake.parts.impedance_gains import GAIN_PORTS, ImpedanceGains
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.law_signals import ImpedanceSignals
+from geoimp_drake.parts.law_signals import ArmSignals, ImpedanceSignals
 from geoimp_drake.parts.masses import Masses
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.signals import AT_REST, is_set
@@ -48,6 +48,7 @@ class Impedance:
         check: raises an error if the law cannot use a signal, see `ImpedanceChecks`.
         has_domain: see there.
         needs_wrench: whether the law has the wrench in it.
+        holds: place in the memory that is not zero while C is held back.
     """
 
     needs_wrench = True
@@ -99,7 +100,7 @@ class Impedance:
         self._back = HoldBack((self._rotates, self._translates))
         self.memory = Memory(last=AT_REST, reported=0.0, held=self._back.memory)
         self._slack = nested(self.memory.held, self._back.memory.slack)
-        self._holds = self.memory.held.start + self._back.memory.holds
+        self.holds = self.memory.held.start + self._back.memory.holds
         self._last_acceleration = nested(self.memory.last, ACCELERATION)
         signals = "state", "desired_motion", "wrench", "measured_motion", *GAIN_PORTS
         self.outputs = (
@@ -125,19 +126,20 @@ class Impedance:
             state = at_rest(now["measured_motion"], now.port("measured_motion"))
         self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
 
-    def new_signals(
-        self, desired: Array | None = None, wrench: Array | None = None
-    ) -> ImpedanceSignals:
-        """Returns what `follow` writes to: new arrays, or those that are given."""
-        law = compliant_motion(self.rotation.law)
-        return ImpedanceSignals(law, self.changing_gains.configured, desired, wrench)
+    def new_signals(self, *own: Array | None) -> ImpedanceSignals:
+        """Returns what `follow` writes to: new arrays, or its own, see `ImpedanceSignals`."""
+        return ImpedanceSignals(self.rotation.law, self.changing_gains.configured, *own)
 
     def follow(
-        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, signals: ImpedanceSignals
+        self,
+        now: Now,
+        wrench: Array,
+        loop: InnerLoop,
+        memory: Array,
+        signals: ImpedanceSignals,
+        arm: ArmSignals,
     ) -> tuple[Array, ...]:
-        """Writes the motion of C (19,) in a whole controller, whose state is that of C.
-
-        Returns what `energy` takes besides: nothing.
+        """Writes the motion of C (19,) in a whole controller; returns what `energy` takes besides.
 
         Args:
             now: the inputs of the controller.
@@ -145,10 +147,11 @@ class Impedance:
             loop: from which C starts.
             memory: of the loop, with a reading.
             signals: where to write.
+            arm: those of the loop.
         """
         state = now.state
         if not is_set(state):
-            state = at_rest(loop.motion(memory, now), now.port("estimated_state"))
+            state = at_rest(loop.measured(memory, now, arm), now.port("estimated_state"))
         self.evaluate(now, now["desired_motion"], wrench, state, signals)
         return ()
 
@@ -214,7 +217,7 @@ class Impedance:
         if slack is not NO_SLACK and not np.count_nonzero(slack):  # which is faster than `any`
             slack = NO_SLACK
         # Compared: an `AutoDiffXd` counts as true whatever its value.
-        if memory[self._holds] != 0.0 or slack is not NO_SLACK:
+        if memory[self.holds] != 0.0 or slack is not NO_SLACK:
             self._hold(memory, now, motion, slack)
             slack = memory[self._slack]
         self.remember(memory, now, motion, slack)
@@ -249,7 +252,7 @@ class Impedance:
             memory: of this part.
             rate: (13,).
         """
-        if memory[self._holds] != 0.0:
+        if memory[self.holds] != 0.0:
             rate[VELOCITY] += memory[self._slack]
 
     def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:

@@ -23,7 +23,7 @@ __all__ = ["EndEffectorImpedance", "ImpedanceController"]
 
 EndEffectorImpedance = Impedance | DirectImpedance | NaturalImpedance
 
-_NO_WRENCH, _UNKNOWN = np.zeros(6), np.full(6, np.nan)
+_NO_WRENCH, _UNKNOWN, _NEVER = np.zeros(6), np.full(6, np.nan), float("nan")
 
 
 class _Found:
@@ -32,12 +32,23 @@ class _Found:
     The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
     """
 
-    __slots__ = ("arm", "impedance", "memory", "motion", "reports", "terms", "time", "wrench")
+    __slots__ = (
+        "arm",
+        "arm_memory",
+        "impedance",
+        "memory",
+        "motion",
+        "own",
+        "reports",
+        "terms",
+        "time",
+        "wrench",
+    )
 
     def __init__(self, impedance: ImpedanceSignals, arm: ArmSignals):
         self.impedance, self.arm, self.motion = impedance, arm, impedance.motion
         self.terms: tuple[Array, ...] = ()
-        self.memory = self.wrench = NOTHING
+        self.memory = self.own = self.arm_memory = self.wrench = NOTHING
         self.time, self.reports = np.nan, (NOTHING, 0.0, 0.0, NOTHING)
 
 
@@ -70,6 +81,7 @@ class ImpedanceController:
     ):
         self._impedance, self._loop, self._sensor = impedance, loop, sensor
         self._passivity = passivity = passivity or Passivity()
+        self._changes_gains = passivity.changes_gains
         n = loop.model.num_joints
         self.models = [loop.model]
         self.inputs: dict[str, Any] = {
@@ -81,15 +93,21 @@ class ImpedanceController:
         reading, found, torque = ("memory", "estimated_state"), "found", ("found", "time")
         self.found_of = "state", "memory", *self.inputs
         self.inputs |= {} if sensor is None else sensor.plant_inputs
+        self._flows = False
         if isinstance(impedance, Flows):
             self.state, self.rate = impedance.state, self._rate
-            self._hold_back = impedance.hold_back
+            self._hold_back, self._flows = impedance.hold_back, True
         self.memory = Memory(
             arm=loop.memory,
             impedance=impedance.memory,
             sensor=Memory() if sensor is None else sensor.memory,
             passivity=passivity.memory,
         )
+        self._feels = sensor is None and impedance.needs_wrench
+        # Looked up in every tick.
+        self._arm: slice = self.memory.arm
+        self._own: slice = self.memory.impedance
+        self._holds = self._own.start + impedance.holds
         self._sensed = slice(0)
         if sensor is not None:
             self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
@@ -145,43 +163,54 @@ class ImpedanceController:
         impedance = self._impedance.new_signals()
         return _Found(impedance, self._loop.new_signals(impedance.motion))
 
-    def stay(self, memory: Array, inputs: Mapping[str, Array]) -> tuple[Any, _Found]:
+    def stay(
+        self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
+    ) -> tuple[Any, _Found]:
         """Does what `new_workspace` and `new_found` do, for memory and inputs that stay."""
-        arm, wrench = memory[self.memory.arm], inputs.get("wrench", _NO_WRENCH)
+        arm, wrench = memory[self._arm], inputs.get("wrench", _NO_WRENCH)
         felt = wrench.copy() if self._impedance.needs_wrench is False else wrench
+        given = inputs["desired_motion"], wrench
         found = []
-        for _ in range(2):
-            impedance = self._impedance.new_signals(inputs["desired_motion"], wrench)
+        # The rate of the state, then what the outputs follow from.
+        for own in ((state, rate), (state,)) if self._flows else ((), ()):
+            impedance = self._impedance.new_signals(*given, *own)
             found.append(_Found(impedance, self._loop.new_signals(impedance.motion, arm, felt)))
         return (self._loop.stay(arm, inputs), None, found[0]), found[1]
 
     def find(self, now: Now, found: _Found) -> None:
         """Writes the motion of C."""
-        found.memory = memory = self._remembered(now)
-        found.time = np.nan
-        found.wrench = self._wrench(now, memory)
-        arm = memory[self.memory.arm]
-        view = self._view(now, memory)
-        found.terms = self._impedance.follow(view, found.wrench, self._loop, arm, found.impedance)
+        memory = self._remembered(now)
+        if memory is not found.memory:
+            found.memory, found.own, found.arm_memory = memory, *self._places(memory)
+        found.time = _NEVER
+        found.wrench = wrench = now["wrench"] if self._feels else self._wrench(now, memory)
+        view = self._view(now, memory) if self._changes_gains else now
+        found.terms = self._impedance.follow(
+            view, wrench, self._loop, found.arm_memory, found.impedance, found.arm
+        )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
         found = self._resolved(now)
-        *_, bound, limited = found.reports
-        place, view = memory[self.memory.impedance], self._view(now, found.memory)
-        self._impedance.keep(place, state, view, found.motion, slack_of(limited))
-        place = memory[self.memory.passivity]
-        self._passivity.keep(place, now, found.motion, lambda: self._measured(now, found))
-        self._loop.compare_with_limits(memory[self.memory.arm], found.arm, bound, limited, now)
+        _, _, bound, limited = found.reports
+        own, arm = (found.own, found.arm_memory) if memory is found.memory else self._places(memory)
+        view = self._view(now, found.memory) if self._changes_gains else now
+        self._impedance.keep(own, state, view, found.motion, slack_of(limited))
+        if self._changes_gains:
+            place = memory[self.memory.passivity]
+            self._passivity.keep(place, now, found.motion, lambda: self._measured(now, found))
+        self._loop.compare_with_limits(arm, found.arm, bound, limited, now)
+
+    def _places(self, memory: Array) -> tuple[Array, Array]:
+        """Returns the memories of the impedance and of the arm."""
+        return memory[self._own], memory[self._arm]
 
     def _measured(self, now: Now, found: _Found) -> tuple[Array, Array]:
         """Returns the wrench and the motion of E as measured last."""
-        return found.wrench, self._loop.motion(found.memory[self.memory.arm], now)
+        return found.wrench, self._loop.motion(found.arm_memory, now)
 
     def _view(self, now: Now, memory: Array) -> Now:
         """Returns what the impedance sees."""
-        if not self._passivity.changes_gains:
-            return now  # without a place in the memory to be looked up
         return self._passivity.view(memory[self.memory.passivity], now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:
@@ -197,12 +226,13 @@ class ImpedanceController:
         """Writes the derivative of C's state; a part without impedance follows D."""
         found: _Found = now.workspace[2]
         self.find(now, found)
-        found.impedance.write_rate()
-        rate[:] = found.impedance.rate
-        self._hold_back(found.memory[self.memory.impedance], rate)
+        if rate is not found.impedance.rate:
+            rate[:] = found.impedance.rate
+        if found.memory[self._holds]:
+            self._hold_back(found.own, rate)
 
     def _read(self, memory: Array, now: Now) -> None:
-        self._loop.sample(memory[self.memory.arm], now)
+        self._loop.sample(memory[self._arm], now)
 
     def _sense(self, memory: Array, now: Now) -> None:
         if self._sensor is not None:
@@ -212,7 +242,7 @@ class ImpedanceController:
     def _remembered(self, now: Now) -> Array:
         memory = now.memory
         if not memory[self._count]:
-            self._loop.pass_through(memory[self.memory.arm], now)
+            self._loop.pass_through(memory[self._arm], now)
         return memory
 
     def _of_sensor(self, now: Now) -> Within:
@@ -223,7 +253,7 @@ class ImpedanceController:
 
     def _write_torque(self, now: Now, u: Array) -> None:
         found = self._resolved(now)
-        u[:] = self._loop.actuation(now.memory[self.memory.arm], found.arm)
+        u[:] = self._loop.actuation(found.arm_memory, found.arm)
 
     def _write_measured(self, now: Now, motion: Array) -> None:
         self._loop.write_motion(self._remembered(now)[self.memory.arm], now, motion)
@@ -255,8 +285,7 @@ class ImpedanceController:
             h = found.wrench if self._impedance.needs_wrench else _NO_WRENCH
             if h is not found.arm.wrench:
                 found.arm.wrench[:] = h
-            memory = found.memory[self.memory.arm]
-            found.reports = self._loop.write_torque(now, memory, found.arm)
+            found.reports = self._loop.write_torque(now, found.arm_memory, found.arm)
             found.time = now.time
         return found
 

@@ -141,7 +141,7 @@ class InnerLoop(ReadArm):
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
         signals = now.workspace[self._place].reading
-        self.readings.take(memory[self.memory.readings], now, self._port, signals)
+        self.readings.take(memory, self._readings, now, self._port, signals)
         if self._remedies is not None:
             self._remedies.sample(memory[self.memory.remedies], now)
 
@@ -170,7 +170,8 @@ class InnerLoop(ReadArm):
         x = signals.reading[self.model.state_order]
         task = self._null_space.evaluate_task(
             memory[self.memory.posture],
-            Within(now, {}, {}, place=self._place),
+            now.time,
+            now.workspace[self._place],
             x,
             lambda: self._dynamics.evaluate(None, x),
         )

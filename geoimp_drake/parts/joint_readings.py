@@ -11,6 +11,8 @@ from geoimp_drake.validation import finite_vector
 
 __all__ = ["Readings"]
 
+_ALL = slice(None)
+
 
 class Readings:
     """The part of `JointReadings`; arguments and errors are the same."""
@@ -54,19 +56,22 @@ class Readings:
 
     def sample(self, memory: Array, now: Now) -> None:
         """Takes another reading."""
-        self.take(memory, now, "state", now.workspace)
+        self.take(memory, _ALL, now, "state", now.workspace)
 
-    def take(self, memory: Array, now: Now, port: str, signals: ReadingSignals) -> None:
+    def take(
+        self, memory: Array, place: slice, now: Now, port: str, signals: ReadingSignals
+    ) -> None:
         """Takes another reading.
 
         Args:
-            memory: of this part, moved on.
+            memory: moved on.
+            place: of this part's memory in it.
             now: the inputs.
             port: the name of the input.
             signals: of `new_workspace`.
         """
         state, elapsed = now[port], now.elapsed
-        if not signals.take(state, memory, self.period if elapsed is None else elapsed):
+        if not signals.take(state, memory, place, self.period if elapsed is None else elapsed):
             check_signal(state, now.port(port))
 
     def held(self, memory: Array, now: Now, port: str = "state") -> Array:

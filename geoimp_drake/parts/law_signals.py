@@ -11,8 +11,9 @@ import numpy as np
 
 from geoimp_drake.arm.control_model import TASK_DIMENSION
 from geoimp_drake.compilation.compiled import bound
+from geoimp_drake.laws.compositions.arm_quantities import measured_motion
+from geoimp_drake.laws.compositions.impedance_step import impedance_step
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
-from geoimp_drake.laws.impedance.compliant_motion import frame_state_rate
 from geoimp_drake.laws.motion_control.inverse_dynamics import peak_effort
 from geoimp_drake.laws.motion_control.joint_reading import next_reading
 from geoimp_drake.typing import Array
@@ -46,27 +47,34 @@ class ReadingSignals:
     ):
         self.state, self.held = _array(2 * n, state), _array(2 * n + 1, held)
         self._is_in_place = held is not None
-        self.law = bound(next_reading, differenced, turns, self.state, self.held, self.held)
+        self.law: Callable[[float], bool] = bound(
+            next_reading, differenced, turns, self.state, self.held, self.held
+        )
 
-    def take(self, state: Array, memory: Array, period: float) -> bool:
-        """Moves a reading with its count (2n + 1,) on by a period; returns what the law does."""
+    def take(self, state: Array, memory: Array, place: slice, period: float) -> bool:
+        """Moves a reading on by a period, with its count (2n + 1,) at a place of a memory.
+
+        Returns what the law does.
+        """
         if self._is_in_place:
-            return bool(self.law(period))
+            return self.law(period)
         self.state[:] = state
-        self.held[:] = memory
-        is_taken = bool(self.law(period))
-        memory[:] = self.held
+        self.held[:] = memory[place]
+        is_taken = self.law(period)
+        memory[place] = self.held
         return is_taken
 
 
 class ImpedanceSignals:
-    """Those of `compliant_motion`.
+    """Those of `impedance_step`.
 
     Args:
-        law: that of a family.
+        family: the law of an orientation family.
         gains: as the law takes them.
         desired: array of that name, a new one by default.
         wrench: the same.
+        state: the same.
+        rate: the same.
 
     Attributes:
         state: of C (13,).
@@ -74,24 +82,24 @@ class ImpedanceSignals:
         wrench: at the end effector (6,).
         motion: of C (19,).
         rate: of C's state (13,).
-        law: writes `motion`.
-        write_rate: writes `rate`.
+        law: writes `motion` and `rate`.
     """
 
     def __init__(
         self,
-        law: Callable[..., bool],
+        family: Callable[..., Array],
         gains: tuple[Array, ...],
         desired: Array | None = None,
         wrench: Array | None = None,
+        state: Array | None = None,
+        rate: Array | None = None,
     ):
-        self.state, self.rate = np.zeros((2, FRAME_STATE_SIZE))
+        self.state, self.rate = _array(FRAME_STATE_SIZE, state), _array(FRAME_STATE_SIZE, rate)
         self.desired, self.wrench = _array(FRAME_MOTION_SIZE, desired), _array(6, wrench)
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self._given, self._gains = gains, tuple(np.array(gain) for gain in gains)
         signals = self.state, self.desired, self.wrench, *self._gains, self.motion
-        self.law = bound(law, *signals)
-        self.write_rate = bound(frame_state_rate, self.motion, self.rate)
+        self.law = bound(impedance_step(family), *signals, self.rate)
 
     def take(self, desired: Array, wrench: Array, state: Array, gains: tuple[Array, ...]) -> None:
         """Takes the inputs of one evaluation; arguments as of the law."""
@@ -99,7 +107,8 @@ class ImpedanceSignals:
             self.desired[:] = desired
         if wrench is not self.wrench:
             self.wrench[:] = wrench
-        self.state[:] = state
+        if state is not self.state:
+            self.state[:] = state
         if gains is not self._given:
             self._given = gains
             for own, given in zip(self._gains, gains, strict=True):
@@ -111,7 +120,7 @@ class ArmSignals:
 
     Args:
         law: one of these.
-        constants: what it takes before its signals.
+        constants: what it takes before its signals; the first three are those of `measured_motion`.
         n: number of joints.
         efforts: limits of the torques, in the order of the actuators (n,).
         reference: array of that name, a new one by default.
@@ -127,6 +136,8 @@ class ArmSignals:
         terms: of a redundant arm: gradient of the task function and its rate (n,), and e_n with
             `null_space_decay_bound` (n + 1,).
         law: writes `u` and the last of the terms.
+        motion: of E as measured (19,).
+        measure: writes `motion`, see `measured_motion`.
     """
 
     def __init__(
@@ -147,6 +158,8 @@ class ArmSignals:
         self.terms: tuple[Array, ...] = tuple(np.zeros(size) for size in sizes)
         signals = self.reading, self.reference, self.wrench, self.u, *self.terms
         self.law = bound(law, *constants, *signals)
+        self.motion = np.zeros(FRAME_MOTION_SIZE)
+        self.measure = bound(measured_motion, *constants[:3], self.reading, self.motion)
         self._peak = _array(n, peak)
         self._compare = bound(peak_effort, self.u, efforts, self._peak)
 

@@ -12,7 +12,7 @@ from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.inner_loop import InnerLoop
-from geoimp_drake.parts.law_signals import ImpedanceSignals
+from geoimp_drake.parts.law_signals import ArmSignals, ImpedanceSignals
 from geoimp_drake.parts.part import Now, Output
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import positive
@@ -38,6 +38,7 @@ class NaturalImpedance:
     Attributes:
         springs: of which stiffness and orientation family are used.
         needs_wrench: False.
+        holds: see `Impedance`.
     """
 
     needs_wrench = False
@@ -47,6 +48,7 @@ class NaturalImpedance:
         positive(damping_ratio, "damping_ratio")
         self.springs, self._zeta = springs, damping_ratio
         self.memory, self.displacement = springs.memory, springs.displacement
+        self.holds = springs.holds
         self.new_signals = springs.new_signals
         law = natural_motion(springs.rotation.elastic_law, springs.rotation.axes_law)
         self._law, self._mobility = compiled(law), compiled(mobility)
@@ -89,7 +91,13 @@ class NaturalImpedance:
         self.springs.remember(memory, now, motion, slack)
 
     def follow(
-        self, now: Now, wrench: Array, loop: InnerLoop, memory: Array, signals: ImpedanceSignals
+        self,
+        now: Now,
+        wrench: Array,
+        loop: InnerLoop,
+        memory: Array,
+        signals: ImpedanceSignals,
+        arm: ArmSignals,
     ) -> tuple[Array, ...]:
         """Does what `Impedance.follow` does, for E as measured; returns Λ⁻¹ and Λ⁻¹DΔv."""
         return self._write_of(now, loop.arm_state(memory, now), signals.motion)

@@ -1,6 +1,7 @@
 """The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
 
 from collections.abc import Callable
+from math import isnan
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from geoimp_drake.arm.state import ArmState
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import SingularityDamping
 from geoimp_drake.parts.null_space_gain import GainWatch, null_space_gain
-from geoimp_drake.parts.part import Memory, Now
+from geoimp_drake.parts.part import Memory
 from geoimp_drake.task_functions.task_function import Instant, NoTask, TaskFunction, TaskValue
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, spd_matrix
@@ -82,7 +83,7 @@ class NullSpace:
             memory: of this object.
             q: joint positions (n,).
         """
-        if np.isnan(memory[0]):
+        if isnan(memory[0]):
             memory[self.memory.start_posture] = q
 
     def check_gain(
@@ -107,25 +108,30 @@ class NullSpace:
             memory[self.memory.warned] = watch.is_too_large(evaluate(), system, time)
 
     def evaluate_task(
-        self, memory: Array, now: Now, x: Array, evaluate: Callable[[], ArmState]
+        self,
+        memory: Array,
+        time: float,
+        scratch: Scratch,
+        x: Array,
+        evaluate: Callable[[], ArmState],
     ) -> TaskValue:
         """Returns w and its derivatives.
 
         Args:
             memory: of this object.
-            now: has the time; its workspace is a `Scratch` of the model.
+            time: [s].
+            scratch: of the model.
             x: [q; v] (2n,) in the model's order.
             evaluate: returns the arm, for a task function that uses it.
         """
         n = len(self._none)
         if self._is_idle:
             return TaskValue(0.0, 0.0, self._none, self._none)
-        scratch: Scratch = now.workspace
         instant = Instant(
-            now.time,
+            time,
             x[:n],
             x[n:],
-            x[:n] if np.isnan(memory[0]) else memory[self.memory.start_posture],
+            x[:n] if isnan(memory[0]) else memory[self.memory.start_posture],
             evaluate,
             lambda: scratch.at(x),
         )

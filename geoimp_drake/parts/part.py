@@ -266,8 +266,10 @@ class Flows(Protocol):
 class Stays(Protocol):
     """A part whose laws read and write memory and inputs in place, where these stay."""
 
-    def stay(self, memory: Array, inputs: Mapping[str, Array]) -> tuple[Any, Any]:
-        """Returns a workspace, and where to write what is found."""
+    def stay(
+        self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
+    ) -> tuple[Any, Any]:
+        """Returns a workspace, and where to write what is found; `rate` is the state's."""
 
 
 @runtime_checkable

@@ -57,9 +57,8 @@ class PartLoop:
         self._memory, self._flow = self.state[places.memory], self.state[places.flow]
         inputs = self.state[places.inputs]
         self._values = {name: inputs[getattr(self._inputs, name)] for name in part.inputs}
-        clock = self.state[places.time : places.time + 1]
-        self._now = _Tick(part, name, self._values, self._memory, self._flow, clock)
         self._rate = np.zeros(len(flow))
+        self._now = _Tick(part, name, self._values, self._memory, self._flow, self._rate)
         self._integrate = bound(explicit_euler, self._flow, self._rate)
         self._is_flowing, self._begins = isinstance(part, Flows), isinstance(part, Begins)
         samplings = part.samplings if isinstance(part, Samples) else []
@@ -75,7 +74,7 @@ class PartLoop:
         """
         part, now = self._part, self._now
         self.state[:] = self._start
-        self.state[self._time] = time
+        self.state[self._time] = now.time = time
         now.given = set(inputs)
         self._take_in(inputs)
         now.moved()
@@ -109,8 +108,8 @@ class PartLoop:
                 f"positive."
             )
         now = self._now
-        now.elapsed = elapsed
-        self.state[self._time] += elapsed
+        now.elapsed = elapsed = float(elapsed)
+        self.state[self._time] = now.time = self.state.item(self._time) + elapsed
         self._take_in(readings)
         now.moved()
         for take in self._takes:
@@ -130,6 +129,7 @@ class PartLoop:
         Raises:
             SignalError: an input is of another size.
         """
+        self._now.time = self.state.item(self._time)
         self._take_in(inputs)
         self._now.moved()
 
@@ -179,8 +179,8 @@ class PartLoop:
             held[:] = value
 
 
-class _Tick:
-    """A `Now` of arrays."""
+class _Tick(dict[str, Array]):
+    """A `Now` of arrays; its items are those of the inputs."""
 
     def __init__(
         self,
@@ -189,17 +189,18 @@ class _Tick:
         values: dict[str, Array],
         memory: Array,
         state: Array,
-        clock: Array,
+        rate: Array,
     ):
-        self.system, self.memory, self.state, self._clock = name, memory, state, clock
+        super().__init__(values)
+        self.system, self.memory, self.state = name, memory, state
         self.time = 0.0
         self.elapsed: float | None = None
-        self._part, self._values = part, values
+        self._part = part
         self.given: set[str] = set()
         self.workspace = part.new_workspace() if isinstance(part, Works) else None
         self._found = part.new_found() if isinstance(part, Finds) else None
         if isinstance(part, Stays):
-            self.workspace, self._found = part.stay(memory, values)
+            self.workspace, self._found = part.stay(memory, values, state, rate)
         self._is_found = False
         self._writes = {output.name: output.write for output in part.outputs}
         self._outputs = {output.name: np.zeros(output.size) for output in part.outputs}
@@ -207,7 +208,6 @@ class _Tick:
 
     def moved(self) -> None:
         """Forgets what followed from inputs, memory and time."""
-        self.time = float(self._clock[0])
         self._is_found = False
         self._written.clear()
 
@@ -217,9 +217,6 @@ class _Tick:
             self._part.find(self, self._found)
             self._is_found = True
         return self._found
-
-    def __getitem__(self, name: str) -> Any:
-        return self._values[name]
 
     def has(self, name: str) -> bool:
         return name in self.given

@@ -10,6 +10,7 @@ from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.parts.joint_readings import Readings
+from geoimp_drake.parts.law_signals import ArmSignals
 from geoimp_drake.parts.part import Memory, Now, nested
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
@@ -76,6 +77,22 @@ class ReadArm:
         motion = np.empty(FRAME_MOTION_SIZE)
         self.write_motion(memory, now, motion)
         return motion
+
+    def measured(self, memory: Array, now: Now, signals: ArmSignals) -> Array:
+        """Returns what `write_motion` writes, in an array that stays (19,).
+
+        Args:
+            memory: of this part, with a reading.
+            now: has the ports' names.
+            signals: of this arm.
+
+        Raises:
+            SignalError: the reading is NaN or infinite.
+        """
+        signals.take(memory, self._reading)
+        if not signals.measure():
+            self._check_reading(memory, now)
+        return signals.motion
 
     def arm_state(self, memory: Array, now: Now) -> ArmState:
         """Returns kinematics and dynamics; arguments and errors as of `write_motion`."""

@@ -92,7 +92,7 @@ class RedundantAcceleration:
         """Returns w, J†, α_n, e_n and `null_space_decay_bound`."""
         arm, null_space = now["arm"], self._null_space
         x = np.concatenate((arm.q, arm.v))
-        task = null_space.evaluate_task(now.memory, now, x, lambda: arm)
+        task = null_space.evaluate_task(now.memory, now.time, now.workspace, x, lambda: arm)
         gradients = task.gradient, task.gradient_rate
         dynamics: ArmDynamics = self._drake if arm.chain is None else self._chain
         terms = dynamics.null_space(now.workspace, arm, gradients, null_space.arguments)

@@ -3,7 +3,9 @@
 import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.laws.frame_motion import is_finite
+from geoimp_drake.laws.redundancy.kept_posture import kept_posture
 from geoimp_drake.task_functions.task_function import Instant, TaskValue
 from geoimp_drake.typing import Array
 
@@ -26,24 +28,27 @@ class Posture:
     def __init__(self, model: ControlModel):
         self._plant = model.plant
         self._context = model.plant.CreateDefaultContext()
+        n = model.num_joints
         # The last q_0 with its inertia: what follows from an argument is no state.
-        self._known: tuple[Array, Array] = np.full(model.num_joints, np.nan), np.empty(0)
+        self._start, self._inertia = np.full(n, np.nan), np.zeros((n, n))
+        self._known = b""
+        self._x, self._gradients = np.zeros(2 * n), np.zeros((2, n))
+        self._law = bound(kept_posture, self._inertia, self._start, self._x, self._gradients)
 
     def evaluate(self, instant: Instant) -> TaskValue:
         """Returns w and its derivatives; NaN for what is no posture, which others refuse."""
-        if not all(map(is_finite, (instant.q, instant.v, instant.start_posture))):
-            unknown = np.full_like(instant.q, np.nan)
-            return TaskValue(np.nan, np.nan, unknown, unknown)
-        B = self._inertia(instant.start_posture)
-        e = instant.q - instant.start_posture
-        gradient = B @ e
-        return TaskValue(
-            0.5 * float(e @ gradient), float(gradient @ instant.v), gradient, B @ instant.v
-        )
+        n = len(instant.q)
+        self._take(instant.start_posture)
+        self._x[:n], self._x[n:] = instant.q, instant.v
+        value, rate = self._law()
+        gradient, gradient_rate = self._gradients.copy()
+        return TaskValue(value, rate, gradient, gradient_rate)
 
-    def _inertia(self, start: Array) -> Array:
-        """Returns B(q_0) (n, n)."""
-        if not np.array_equal(start, self._known[0]):
-            self._plant.SetPositions(self._context, start)
-            self._known = start.copy(), self._plant.CalcMassMatrix(self._context)
-        return self._known[1]
+    def _take(self, start: Array) -> None:
+        """Finds B(q_0) (n, n) of another q_0."""
+        known = start.tobytes()
+        if known != self._known:
+            self._known, self._start[:] = known, start
+            if is_finite(start):
+                self._plant.SetPositions(self._context, start)
+                self._inertia[:] = self._plant.CalcMassMatrix(self._context)

@@ -11,6 +11,7 @@ from allocations import allocations_of_laws
 from recorded_controller import Signals, record
 
 from geoimp_drake.compilation.compiled import is_available
+from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.task_functions.task_function import NoTask
@@ -29,8 +30,8 @@ class Recorded:
         self.q, self.v, self.wrench = signals.q[0], signals.v[0], signals.wrench[0]
         self.torques = signals.torques[0]
 
-    def loop(self, **options: Any) -> ControlLoop:
-        return ControlLoop(self.plant, self.arm, self.E, self.scenario, **options)
+    def loop(self, config: Any = None, **options: Any) -> ControlLoop:
+        return ControlLoop(self.plant, self.arm, self.E, config or self.scenario, **options)
 
     def reset(self, loop: ControlLoop, order: Any = slice(None)) -> Array:
         return loop.reset(self.q[0][order], self.v[0][order], self.wrench[0], self.desired[0])
@@ -112,11 +113,20 @@ def test_memory_does_not_grow_from_tick_to_tick():
 
 
 @pytest.mark.skipif(not is_available(), reason="numba is not installed")
-@pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
-def test_laws_take_no_memory_in_a_tick(name):
-    """Not for arrays from Python either, whose places the laws know; task functions are apart."""
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("plexiglas", {}),
+        ("plexiglas", {"config": ImpedanceControllerConfig(scheme="direct")}),
+        ("redundancy", {"task_function": NoTask()}),
+        ("redundancy", {"config": ImpedanceControllerConfig()}),  # goes back to its posture
+    ],
+    ids=["six joints", "direct", "seven joints", "posture"],
+)
+def test_laws_take_no_memory_in_a_tick(name, options):
+    """Not for arrays from Python either, whose places the laws know."""
     was = recorded(name)
-    loop = was.loop(task_function=NoTask())
+    loop = was.loop(**options)
     was.reset(loop)
     was.step(loop, 1)
     before = allocations_of_laws()

@@ -126,8 +126,14 @@ def test_nothing_is_compiled_once_the_torques_are_taken_over(wrench, monkeypatch
         made.append(original(law))
         return made[-1]
 
-    original = compiled._compiled.__wrapped__
+    @cache
+    def bound_anew(law, kinds):
+        made.append(original_bound(law, kinds))
+        return made[-1]
+
+    original, original_bound = compiled._compiled.__wrapped__, compiled._bound.__wrapped__
     monkeypatch.setattr(compiled, "_compiled", anew)
+    monkeypatch.setattr(compiled, "_bound", bound_anew)
 
     def through(robot):
         driver = Counting(robot, lambda count, status: None if 600 <= count < 603 else status)

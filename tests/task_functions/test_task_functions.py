@@ -7,7 +7,9 @@ import pytest
 from pydrake.multibody.tree import JacobianWrtVariable
 from redundant_arms import arm_at, generated_arm, random_states, track_arm
 
+from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError, SingularityError
+from geoimp_drake.laws.redundancy.kept_posture import kept_posture
 from geoimp_drake.task_functions.joint_limits import JointLimitDistance
 from geoimp_drake.task_functions.joint_target import JointTarget
 from geoimp_drake.task_functions.manipulability import Manipulability
@@ -80,6 +82,39 @@ def test_gradient_is_that_of_the_value(name: str) -> None:
         expected = [rate(lambda s, e=e, q=state[:n]: value(q + s * e)) for e in np.eye(n)]
         ours = task.evaluate(instant(state, 0.9)).gradient
         np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-9)
+
+
+def test_a_posture_is_kept_by_a_law_with_the_same_numbers_compiled_or_not() -> None:
+    state, start = random_states(MODEL, 1)[0], np.full(MODEL.num_joints, 0.2)
+    n = len(start)
+    B = inertia_at(start)
+    gradients = np.zeros((2, 2, n))
+    plain = kept_posture(B, start, state, gradients[0])
+    np.testing.assert_allclose(
+        compiled(kept_posture)(B, start, state, gradients[1]), plain, rtol=1e-14
+    )
+    np.testing.assert_allclose(gradients[1], gradients[0], rtol=1e-14)
+    e = state[:n] - start
+    np.testing.assert_allclose(plain, [0.5 * e @ B @ e, e @ B @ state[n:]], rtol=1e-12)
+    np.testing.assert_allclose(gradients[0], [B @ e, B @ state[n:]], rtol=1e-12)
+    state[0] = np.nan
+    assert np.isnan(kept_posture(B, start, state, gradients[0])).all()
+    assert np.isnan(gradients[0]).all()
+
+
+def test_a_posture_is_that_of_the_start_it_is_told_of() -> None:
+    task, state = Posture(MODEL), random_states(MODEL, 1)[0]
+    at = instant(state)
+    for start in (at.start_posture, at.start_posture + 0.1, at.q):
+        value = task.evaluate(replace(at, start_posture=start))
+        expected = inertia_at(start) @ (at.q - start)
+        np.testing.assert_allclose(value.gradient, expected, rtol=0, atol=1e-12)
+
+
+def inertia_at(q: np.ndarray) -> np.ndarray:
+    context = MODEL.plant.CreateDefaultContext()
+    MODEL.plant.SetPositions(context, q)
+    return MODEL.plant.CalcMassMatrix(context)
 
 
 @every_task
