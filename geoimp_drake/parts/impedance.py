@@ -11,10 +11,7 @@ from geoimp_drake.laws.frame_motion import (
     QUATERNION,
     VELOCITY,
 )
-from geoimp_drake.laws.impedance.compliant_motion import (
-    compliant_motion,
-    frame_state_rate,
-)
+from geoimp_drake.laws.impedance.compliant_motion import compliant_motion, frame_state_rate
 from geoimp_drake.laws.impedance.families import OrientationImpedance
 from geoimp_drake.parts.hold_back import NO_SLACK, HoldBack
 from geoimp_drake.parts.impedance_checks import ImpedanceChecks, at_rest, checked_coupling
