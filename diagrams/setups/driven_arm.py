@@ -1,17 +1,23 @@
 """The arm of a scenario behind its own interface, in the place of the scenario's plant.
 
 ```
- robot: real, or the scenario's plant ──status──▶ Drive: controller, supervisor ──torques──▶ robot
+ robot: real, or the scenario's plant ──status──▶ Drive: controller, supervisor ──command──▶ robot
 ```
+
+A command is torques. With the scheme admittance it is joint positions, and a simulated robot has
+servos.
 """
 
 from dataclasses import replace
 
 import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
+from pydrake.multibody.tree import Frame, ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import StateInterpolatorWithDiscreteDerivative
 
 from geoimp_drake.arm.control_model import ControlModel
+from geoimp_drake.controllers.admittance_controller import AdmittanceLoop, JointReference
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
@@ -26,6 +32,7 @@ from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
 from geoimp_drake.robots.robot_arm import RobotArm, RobotStatus
 from geoimp_drake.robots.tare_drive import PostureTour
+from geoimp_drake.systems.arm.industrial_controller import make_industrial_controller
 from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench
 from geoimp_drake.task_functions.task_function import TaskFunction
@@ -66,7 +73,35 @@ def simulated_robot(
             "external_wrench", ExternalWrench(E, scenario.external, X_WE.rotation().matrix())
         )
         builder.Connect(source.get_output_port(), plant.get_applied_spatial_force_input_port())
-    return PlantArm(builder.Build(), plant, arm, gravity=gravity, wrench="wrench")
+    position = None
+    if scenario.scheme == "admittance":
+        position = _add_servos(builder, plant, arm, E, scenario)
+    return PlantArm(
+        builder.Build(), plant, arm, gravity=gravity, wrench="wrench", position=position
+    )
+
+
+def _add_servos(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    arm: ModelInstanceIndex,
+    E: Frame,
+    scenario: SingleArmScenario,
+) -> str:
+    """Adds the servos of an arm that takes positions; returns the name of their input."""
+    name, n = "position", plant.num_positions(arm)
+    servos = builder.AddSystem(
+        make_industrial_controller(plant, arm, E, None, scenario.joint_servos())
+    )
+    # Positions alone arrive: their velocities are differences over the period of the commands.
+    differences = builder.AddNamedSystem(
+        "differences", StateInterpolatorWithDiscreteDerivative(n, scenario.sampling.period, True)
+    )
+    builder.ExportInput(differences.get_input_port(), name)
+    builder.Connect(differences.get_output_port(), servos.GetInputPort("joint_reference"))
+    builder.Connect(plant.get_state_output_port(arm), servos.GetInputPort("estimated_state"))
+    builder.Connect(servos.GetOutputPort("actuation"), plant.get_actuation_input_port(arm))
+    return name
 
 
 def _check_nominal(scenario: SingleArmScenario) -> None:
@@ -74,15 +109,6 @@ def _check_nominal(scenario: SingleArmScenario) -> None:
         raise ConfigurationError(
             "world changes the plant of a simulated run, and this arm is driven through its "
             "interface. Leave world out, or use geoimp run."
-        )
-
-
-def _check_torques(scenario: SingleArmScenario) -> None:
-    if scenario.scheme == "admittance":
-        raise ConfigurationError(
-            "scheme is 'admittance', which gives positions, and a drive sends torques. Give "
-            "scheme: inner-loop or direct; a robot that takes positions gets them from a loop of "
-            "your own around AdmittanceLoop, see docs/howto/on_a_robot.md."
         )
 
 
@@ -112,7 +138,6 @@ class ScenarioDrive:
     ):
         check(scenario)
         _check_nominal(scenario)
-        _check_torques(scenario)
         refuse_safety(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
@@ -121,23 +146,29 @@ class ScenarioDrive:
         E, _ = add_single_arm(plant, scenario)
         arm = plant.GetModelInstanceByName(scenario.arm)
         joints = ControlModel.of_arm(plant, arm, E).joint_names
-        self.robot = robot or driver.make(joints, lambda: simulated_robot(scenario))
-        self.loop = ControlLoop(
-            plant,
-            arm,
-            E,
-            scenario,
-            gravity=self.robot.gravity,
-            joints=self.robot.joints,
-            task_function=task_function,
-        )
+        takes = "position" if scenario.scheme == "admittance" else "torque"
+        self.robot = robot or driver.make(joints, lambda: simulated_robot(scenario), takes)
+        self.loop: ControlLoop | AdmittanceLoop
+        if takes == "position":
+            self.loop = AdmittanceLoop(plant, arm, E, scenario, joints=self.robot.joints)
+        else:
+            self.loop = ControlLoop(
+                plant,
+                arm,
+                E,
+                scenario,
+                gravity=self.robot.gravity,
+                joints=self.robot.joints,
+                task_function=task_function,
+            )
         scenario.duration = scenario.length
-        self._drive = Drive(self.robot, self.loop, driver.drive_config())
+        self._drive = Drive(self.robot, self.loop, driver.drive_config(takes))
 
     def look(self) -> tuple[RobotStatus, Array]:
-        """Returns a status and the torques that would be sent then; nothing is commanded."""
+        """Returns a status and the command that would be sent then; nothing is commanded."""
         status = self._drive.look()
-        return status, self.loop.reset(status.q, status.v)
+        asked = self.loop.reset(status.q, status.v)
+        return status, asked.positions if isinstance(asked, JointReference) else asked
 
     def run(self) -> DriveLog:
         """Drives the arm; returns the log, whatever ended the drive."""

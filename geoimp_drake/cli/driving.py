@@ -46,7 +46,7 @@ def drive_robot(
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
     if not log.ticks:
         raise RobotError(
-            f"{drive.robot.name}: nothing was driven: {log.failure or 'no status came'}. No torque "
+            f"{drive.robot.name}: nothing was driven: {log.failure or 'no status came'}. Nothing "
             f"was sent."
         )
     rows = drive.log(log)
@@ -67,17 +67,18 @@ def _replay(experiment: Any, scenario: Any, log: dict[str, Array]) -> Meshcat:
 
 
 def look_at_robot(scenario: Any) -> None:
-    """Prints where a robot is and which torques it would be sent; nothing is commanded."""
+    """Prints where a robot is and what it would be sent; nothing is commanded."""
     drive = ScenarioDrive(single(scenario))
-    status, torque = drive.look()
+    status, command = drive.look()
     X_WE = drive.loop.pose(status.q)
     print(f"{drive.robot.name}: gravity is held by the {drive.robot.gravity}")
     print(f"E at {np.round(X_WE.translation(), 4).tolist()} m in W")
-    limits = drive.loop.joints.effort_limits
-    for joint, q, v, tau, limit in zip(
-        drive.robot.joints, status.q, status.v, torque, limits, strict=True
-    ):
-        print(f"{joint:24} q {q:8.4f}  v {v:8.4f}  torque {tau:9.3f} of ±{limit:g}")
+    limits = [f" of ±{limit:g}" for limit in drive.loop.joints.effort_limits]
+    if (takes := drive.robot.takes) == "position":
+        limits = [""] * len(limits)
+    rows = zip(drive.robot.joints, status.q, status.v, command, limits, strict=True)
+    for joint, q, v, sent, limit in rows:
+        print(f"{joint:24} q {q:8.4f}  v {v:8.4f}  {takes} {sent:9.3f}{limit}")
 
 
 def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:

@@ -98,14 +98,18 @@ class AdmittanceLoop(ArmLoop):
         joints: the joints' names in the robot's order; by default that from base to hand.
 
     Attributes:
+        config: gains, orientation family and sampling.
         model: the arm.
         joints: the order of q, v and references.
         period: of a tick, unless `step` is told another [s].
+        gives: what `step` returns, `position`.
 
     Raises:
         ModelError: the plant does not contain such an arm.
         ConfigurationError: the configuration cannot be used, or `joints` are not those of the arm.
     """
+
+    gives = "position"
 
     def __init__(
         self,
@@ -129,6 +133,7 @@ class AdmittanceLoop(ArmLoop):
         part = AdmittanceController(impedance, config.make_kinematics(model), passivity=passivity)
         name = f"{plant.GetModelInstanceName(model_instance)}_admittance_loop"
         super().__init__(part, name, model, joints, config.sampling.period)
+        self.config = config
 
     def reset(
         self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None

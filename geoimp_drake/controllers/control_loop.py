@@ -43,11 +43,14 @@ class ControlLoop(ArmLoop):
         joints: the order of q, v and torques.
         period: of a tick, unless `step` is told another [s].
         gravity: who holds the arm's weight.
+        gives: what `step` returns, `torque`.
 
     Raises:
         ModelError: the plant does not contain such an arm.
         ConfigurationError: the configuration cannot be used, or `joints` are not those of the arm.
     """
+
+    gives = "torque"
 
     def __init__(
         self,

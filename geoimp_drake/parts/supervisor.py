@@ -157,7 +157,7 @@ class Supervisor:
         if mode is Mode.HOLD:
             return Mode(int(memory[self.memory.held_in])), "valid readings again"
         if mode is Mode.SOFT_START and elapsed >= config.soft_start:
-            return Mode.RUN, "the torques have faded in"
+            return Mode.RUN, "what is sent has faded in"
         return None
 
     def _excess(self, memory: Array, now: Now) -> str | None:

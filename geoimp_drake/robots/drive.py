@@ -1,4 +1,4 @@
-"""Driving an arm through its own interface: status, wrench, supervision, torques, tick by tick."""
+"""Driving an arm through its own interface: status, wrench, supervision, command, tick by tick."""
 
 import signal
 import time
@@ -11,6 +11,7 @@ import numpy as np
 
 from geoimp_drake.arm.dynamics import ChainDynamics
 from geoimp_drake.compilation.compiled import bound
+from geoimp_drake.controllers.admittance_controller import AdmittanceLoop, JointReference
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.observer_checks import warn_of_late_torque
 from geoimp_drake.errors import ConfigurationError, GeoimpError
@@ -18,7 +19,7 @@ from geoimp_drake.laws.compositions.momentum_observation import external_wrench
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.parts.supervisor import Mode, Stop, Supervisor, SupervisorConfig
-from geoimp_drake.robots.drive_checks import check_fit, check_status, is_finite_status
+from geoimp_drake.robots.drive_checks import check_fit, check_status, check_wrench, is_finite_status
 from geoimp_drake.robots.drive_log import DriveLog, TickLog
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 from geoimp_drake.simulation.garbage import only_new_garbage
@@ -74,8 +75,10 @@ class Drive:
     """Runs a controller on a robot until its desired motion has ended, or something stops it.
 
     ```
-    robot ─status─▶ wrench ─▶ supervisor ─D─▶ control loop ─torques─▶ supervisor ─▶ robot
+    robot ─status─▶ wrench ─▶ supervisor ─D─▶ control loop ─command─▶ supervisor ─▶ robot
     ```
+
+    A command is torques, or joint positions from an `AdmittanceLoop` for a robot that takes them.
 
     Args:
         robot: its driver.
@@ -86,10 +89,16 @@ class Drive:
         ConfigurationError: loop and robot do not fit each other.
     """
 
-    def __init__(self, robot: RobotArm, loop: ControlLoop, config: DriveConfig | None = None):
+    def __init__(
+        self,
+        robot: RobotArm,
+        loop: ControlLoop | AdmittanceLoop,
+        config: DriveConfig | None = None,
+    ):
         self._config = config = config or DriveConfig()
         check(config, "drive")
         check_fit(robot, loop)
+        check_wrench(robot, config.wrench)
         self._robot, self._loop = robot, loop
         self._supervisor = PartLoop(_supervisor_of(robot, loop, config.supervisor), robot.name)
         self._observer = None
@@ -120,7 +129,7 @@ class Drive:
         """Drives the robot; returns what was logged, whatever ended it.
 
         Args:
-            motion: of D; it begins when the torques have faded in.
+            motion: of D; it begins when what is sent has faded in.
             duration: after which D has ended and the arm is stopped [s].
 
         Raises:
@@ -164,9 +173,9 @@ class Drive:
         status = check_status(status, self._robot, self._loop)
         self._last = self._now = status.time
         self._clock, self._heard = 0.0, time.perf_counter()
-        self._sent, self._stops = status.torque, False
+        self._sent, self._stops = self._measured(status), False
         D = self._motion.evaluate(0.0)
-        tau = self._loop.reset(status.q, status.v, None, D)
+        command = _command(self._loop.reset(status.q, status.v, None, D))
         if self._observer is not None:
             self._observer.reset(self._observed(status))
         self._supervisor.reset(
@@ -175,8 +184,8 @@ class Drive:
                 "measured_motion": self._loop.output("measured_motion"),
                 "compliant_motion": self._loop.output("compliant_motion"),
                 "wrench": np.zeros(6),
-                "torque": tau,
-                "measured_torque": status.torque,
+                "torque": command,
+                "measured_torque": self._measured(status),
                 "valid": _NO,
                 "stop": _NO,
             }
@@ -201,7 +210,7 @@ class Drive:
             passed = max(status.time - self._now, _LEAST * passed)
             readings |= {
                 "wrench": self._wrench(status, elapsed),
-                "measured_torque": status.torque,
+                "measured_torque": self._measured(status),
                 "measured_motion": loop.output("measured_motion"),
                 "compliant_motion": loop.output("compliant_motion"),
             }
@@ -213,9 +222,13 @@ class Drive:
         supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, passed)
         if status is not None and is_new:
             D, h = (supervisor.output(f"supervised_{name}") for name in ("motion", "wrench"))
-            supervisor.feed({"torque": loop.step(status.q, status.v, h, D, elapsed)})
+            supervisor.feed({"torque": _command(loop.step(status.q, status.v, h, D, elapsed))})
         self._sent = supervisor.output("supervised_torque").copy()
         return readings.get("wrench", np.nan)
+
+    def _measured(self, status: RobotStatus) -> Array:
+        """Returns what a robot does of that which it takes."""
+        return status.torque if self._robot.takes == "torque" else status.q
 
     def _stop(self) -> Array:
         ended = Stop.ENDED if self._clock > self._duration else Stop.NO
@@ -228,13 +241,15 @@ class Drive:
             "motion_E": self._loop.output("measured_motion"),
         }
         read: dict[str, Any] = (
-            {} if status is None else {"t": status.time, "q": status.q, "v": status.v}
+            {}
+            if status is None
+            else {"t": status.time, "q": status.q, "v": status.v, "torque": status.torque}
         )
         for name in ("wrench", "external_torque"):
             if (reported := getattr(status, name, None)) is not None:
                 read[f"reported_{name}"] = reported
         mode = self._supervisor.output("mode")
-        kept = {**read, "torque": self._sent, "wrench": wrench, "mode": mode, **motions}
+        kept = {**read, self._robot.takes: self._sent, "wrench": wrench, "mode": mode, **motions}
         self._log.append(kept, computing)
 
     def _note_silence(self, now: float) -> None:
@@ -291,8 +306,18 @@ class Drive:
             signal.signal(signal.SIGINT, before)
 
 
-def _supervisor_of(robot: RobotArm, loop: ControlLoop, config: SupervisorConfig) -> Supervisor:
-    """Returns a supervisor that keeps the robot's own limit, too."""
+def _command(asked: Array | JointReference) -> Array:
+    """Returns what a robot is sent; one that takes positions finds their velocities itself."""
+    return asked.positions if isinstance(asked, JointReference) else asked
+
+
+def _supervisor_of(
+    robot: RobotArm, loop: ControlLoop | AdmittanceLoop, config: SupervisorConfig
+) -> Supervisor:
+    """Returns a supervisor that keeps the robot's own limit, too; positions have no effort."""
+    if robot.takes == "position":
+        unlimited = np.full(len(robot.joints), np.inf)
+        return Supervisor(unlimited, config, robot.period)
     rate = min(config.limits.torque_rate, robot.torque_rate)
     limits = replace(config.limits, torque_rate=rate)
     return Supervisor(loop.joints.effort_limits, replace(config, limits=limits), robot.period)

@@ -1,15 +1,22 @@
 """What is refused before a drive: a robot that does not fit its controller, or is no such robot."""
 
+from geoimp_drake.controllers.admittance_controller import AdmittanceLoop
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import is_finite
 from geoimp_drake.robots.robot_arm import RobotArm, RobotError, RobotStatus
 
-__all__ = ["check_fit", "check_status", "is_finite_status"]
+__all__ = ["check_fit", "check_status", "check_wrench", "is_finite_status"]
 
 
-def check_fit(robot: RobotArm, loop: ControlLoop) -> None:
-    """Raises ConfigurationError if joints, period or gravity of robot and controller differ."""
+def check_fit(robot: RobotArm, loop: ControlLoop | AdmittanceLoop) -> None:
+    """Raises ConfigurationError if what is sent, joints, period or gravity do not fit."""
+    if robot.takes != loop.gives:
+        raise ConfigurationError(
+            f"{robot.name} takes a {robot.takes} of each joint, and the controller gives a "
+            f"{loop.gives}: scheme: admittance is for positions, inner-loop and direct are for "
+            f"torques."
+        )
     if tuple(robot.joints) != loop.joints.names:
         raise ConfigurationError(
             f"{robot.name} has the joints {', '.join(robot.joints)}; the controller's are "
@@ -20,7 +27,7 @@ def check_fit(robot: RobotArm, loop: ControlLoop) -> None:
             f"{robot.name} ticks every {robot.period:g} s; the controller's sampling.period is "
             f"{loop.period:g} s. Give it the robot's."
         )
-    if robot.gravity != loop.gravity:
+    if isinstance(loop, ControlLoop) and robot.gravity != loop.gravity:
         raise ConfigurationError(
             f"Gravity would be compensated {'twice' if robot.gravity == 'robot' else 'by nobody'}: "
             f"{robot.name} says that the {robot.gravity} does it, the controller was made with "
@@ -28,7 +35,18 @@ def check_fit(robot: RobotArm, loop: ControlLoop) -> None:
         )
 
 
-def check_status(status: RobotStatus | None, robot: RobotArm, loop: ControlLoop) -> RobotStatus:
+def check_wrench(robot: RobotArm, wrench: str | None) -> None:
+    """Raises ConfigurationError if the wrench is to be observed where no torques are known."""
+    if robot.takes == "position" and wrench in (None, "observer"):
+        raise ConfigurationError(
+            f"{robot.name} takes positions: what its servos exert is not known well enough to "
+            f"observe a wrench. Give wrench: robot, a sensor's or the robot's own estimate."
+        )
+
+
+def check_status(
+    status: RobotStatus | None, robot: RobotArm, loop: ControlLoop | AdmittanceLoop
+) -> RobotStatus:
     """Returns a robot's first status; raises RobotError if there is none, or not of this arm."""
     n = len(loop.joints.names)
     if status is None:

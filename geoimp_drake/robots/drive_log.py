@@ -15,6 +15,8 @@ __all__ = ["DriveLog", "TickLog"]
 class DriveLog:
     """What was logged of a drive: t, q, v, torque, wrench, mode, motions, and what was reported.
 
+    Of a robot that takes positions, `position` is what it was sent, and `torque` what it reports.
+
     Attributes:
         values: of the last ticks, a row each.
         whole: of the whole drive, a row each log period.
@@ -44,7 +46,7 @@ class TickLog:
 
     def __init__(self, keep: float, log_period: float, period: float, n: int):
         size = round(keep / period)
-        widths = {"t": 1, "q": n, "v": n, "torque": n, "wrench": 6, "mode": 1}
+        widths = {"t": 1, "q": n, "v": n, "torque": n, "position": n, "wrench": 6, "mode": 1}
         widths |= {"reported_wrench": 6, "reported_external_torque": n}
         widths |= dict.fromkeys(("motion_D", "motion_C", "motion_E"), FRAME_MOTION_SIZE)
         self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}

@@ -38,20 +38,28 @@ class DriverConfig(DriveConfig):
                 f"'{self.kind}': the address of a Franka arm goes with 'franka', and with no other."
             )
 
-    def drive_config(self) -> DriveConfig:
-        """Returns how it is driven: a simulated arm has a wrist sensor, others are observed."""
-        own = "robot" if self.kind == "plant" else "observer"
+    def drive_config(self, takes: str) -> DriveConfig:
+        """Returns how it is driven: a simulated arm has a wrist sensor, others are observed.
+
+        Args:
+            takes: the robot, see `RobotArm`; where positions are sent it must report the wrench.
+        """
+        own = "robot" if self.kind == "plant" or takes == "position" else "observer"
         return replace(self, wrench=own if self.wrench is None else self.wrench)
 
-    def make(self, joints: tuple[str, ...], simulated: Callable[[], RobotArm]) -> RobotArm:
+    def make(
+        self, joints: tuple[str, ...], simulated: Callable[[], RobotArm], takes: str = "torque"
+    ) -> RobotArm:
         """Returns the driver.
 
         Args:
             joints: the arm's, from base to hand.
             simulated: makes the driver of the scenario's own plant.
+            takes: what is to be sent, see `RobotArm`.
 
         Raises:
-            ConfigurationError: a package that the driver needs is not installed.
+            ConfigurationError: a package that the driver needs is not installed, or the robot does
+                not take that.
         """
         if self.kind == "plant":
             return simulated()
@@ -59,7 +67,12 @@ class DriverConfig(DriveConfig):
         if self.kind == "franka":
             from geoimp_drake.robots.franka_arm import FrankaArm
 
+            if takes != "torque":
+                raise ConfigurationError(
+                    "scheme is 'admittance', which gives positions, and this driver of a Franka "
+                    "arm sends torques. Give scheme: inner-loop or direct."
+                )
             return FrankaArm(self.address, names)
         from geoimp_drake.robots.lcm_arm import LcmArm
 
-        return LcmArm(self.messages, self.url, names, self.period, self.channel)
+        return LcmArm(self.messages, self.url, names, self.period, self.channel, takes=takes)

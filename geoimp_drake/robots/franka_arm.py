@@ -52,6 +52,7 @@ class FrankaArm:
     period = 1e-3
     gravity, real_time = "robot", True
     torque_rate = 1000.0
+    takes = "torque"
 
     def __init__(
         self,

@@ -7,9 +7,9 @@ import numpy as np
 from pydrake.lcm import DrakeLcm
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.robots.lcm_messages import LCM_MESSAGES
+from geoimp_drake.robots.lcm_messages import LCM_MESSAGES, LcmMessages
 from geoimp_drake.robots.plant_arm import PlantArm
-from geoimp_drake.robots.robot_arm import RobotStatus
+from geoimp_drake.robots.robot_arm import TAKES, RobotStatus
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import choice, positive
 
@@ -42,9 +42,11 @@ class LcmArm:
         period: of the statuses [s].
         channel: what the channels' names begin with; by default IIWA or PANDA.
         patience: after how long a status counts as missing [s]; one and a half periods by default.
+        takes: `torque`, or `position`, which an iiwa's messages have.
 
     Raises:
-        ConfigurationError: an unknown robot, a period that is not positive, or no URL of LCM.
+        ConfigurationError: an unknown robot or one that takes no positions, a period that is not
+            positive, or no URL of LCM.
     """
 
     gravity, real_time = "robot", True
@@ -58,12 +60,15 @@ class LcmArm:
         period: float = 5e-3,
         channel: str | None = None,
         patience: float | None = None,
+        takes: str = "torque",
     ):
         choice(robot, "robot", LCM_MESSAGES)
         positive(period, "period", "s")
         self._patience = _LATE * period if patience is None else patience
         self.name, self.joints, self.period = f"{robot} at {url or 'LCM'}", joints, period
         self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
+        self.takes, self._write = takes, _of_kind(takes, self._messages)[1]
+        self._sent: Array | None = None
         self._lcm, self._is_connected = _lcm(url), False
         self._newest: Any = None
         self._last: Any = None
@@ -76,7 +81,7 @@ class LcmArm:
         return self._wait(_PATIENCE)
 
     def start(self) -> None:
-        """See `RobotArm`; the first command takes the torques over."""
+        """See `RobotArm`; the first command takes the arm over."""
         # LCM keeps the oldest of the statuses that came while nobody read.
         while self._lcm.HandleSubscriptions(0):
             pass
@@ -85,15 +90,17 @@ class LcmArm:
         """See `RobotArm`."""
         return self._wait(self._patience)
 
-    def write(self, torque: Array) -> None:
+    def write(self, command: Array) -> None:
         """See `RobotArm`."""
-        command = self._messages.write_command(self._last, torque)
-        self._lcm.Publish(f"{self._channel}_COMMAND", command.encode())
+        self._sent = command
+        message = self._write(self._last, command)
+        self._lcm.Publish(f"{self._channel}_COMMAND", message.encode())
 
     def stop(self) -> None:
-        """See `RobotArm`; the robot holds its weight."""
-        if self._last is not None:
-            self.write(np.zeros(len(self.joints)))
+        """See `RobotArm`; the robot holds its weight, or the last positions."""
+        if self._sent is not None:
+            is_held = self.takes == "position"
+            self.write(self._sent if is_held else np.zeros(len(self.joints)))
 
     def _take(self, data: bytes) -> None:
         message = self._messages.status_type.decode(data)
@@ -115,12 +122,12 @@ class LcmArm:
 class LcmRobot:
     """Lets an arm in a plant speak Drake's messages: the other end of `LcmArm`.
 
-    A status is sent each period, with what contacts and pushes do to the joints; a command counts
-    until the next one, or for a tenth of a second. Then, and before the first one, its brakes hold
-    the arm.
+    A status is sent each period, with what contacts and pushes do to the joints; torques count
+    until the next ones, or for a tenth of a second. Then, and before the first ones, its brakes
+    hold the arm. Servos hold the last positions, at first those of the start.
 
     Args:
-        arm: in its plant; `gravity` is `robot`.
+        arm: in its plant; `gravity` is `robot`. It takes torques, or positions of an iiwa.
         robot: `iiwa` or `panda`.
         url: of LCM; empty for LCM's own default.
         period: of the statuses, a multiple of the plant's step [s].
@@ -148,7 +155,8 @@ class LcmRobot:
                 f"{arm.period:g} s."
             )
         self._messages, self._channel = LCM_MESSAGES[robot], channel or robot.upper()
-        self._lcm, self._torque = _lcm(url), np.zeros(len(arm.joints))
+        self._read, self._lcm = _of_kind(arm.takes, self._messages)[0], _lcm(url)
+        self._command: Array | None = None
         self._commanded = -np.inf
         self._lcm.Subscribe(f"{self._channel}_COMMAND", self._take)
 
@@ -161,8 +169,10 @@ class LcmRobot:
         """
         status, begun, is_answered = self._arm.connect(), time.monotonic(), False
         while status.time < duration:
-            self._arm.brake(not is_answered and time.monotonic() - self._commanded > _EXPIRY)
-            self._arm.write(self._torque)
+            if self._arm.takes == "torque":
+                self._arm.brake(not is_answered and time.monotonic() - self._commanded > _EXPIRY)
+            if self._command is not None:
+                self._arm.write(self._command)
             for _ in range(self._ticks):
                 status = self._arm.read()
             sent = time.monotonic()
@@ -181,9 +191,22 @@ class LcmRobot:
             self._lcm.HandleSubscriptions(max(1, round(1e3 * left)))
 
     def _take(self, data: bytes) -> None:
-        torque = self._messages.read_command(self._messages.command_type.decode(data))
-        if torque is not None and len(torque) == len(self._torque):
-            self._torque, self._commanded = torque, time.monotonic()
+        command = self._read(self._messages.command_type.decode(data))
+        if command is not None and len(command) == len(self._arm.joints):
+            self._command, self._commanded = command, time.monotonic()
+
+
+def _of_kind(takes: str, messages: LcmMessages) -> tuple[Any, Any]:
+    """Returns how a command of this kind is read from a message, and how it is written to one."""
+    choice(takes, "takes", TAKES)
+    if takes == "torque":
+        return messages.read_command, messages.write_command
+    if messages.read_position is None:
+        raise ConfigurationError(
+            "Positions over LCM are for the messages of an iiwa; these are others. Give messages: "
+            "iiwa, or a scheme that gives torques: inner-loop or direct."
+        )
+    return messages.read_position, messages.write_position
 
 
 def _lcm(url: str) -> DrakeLcm:

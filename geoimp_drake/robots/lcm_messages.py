@@ -31,6 +31,8 @@ class LcmMessages:
         write_status: the other way.
         read_command: from such a message to torques (n), None if it holds none.
         write_command: from the last status message and torques to a command.
+        read_position: from such a message to joint positions (n); None if the robot takes none.
+        write_position: from the last status message and joint positions to a command.
     """
 
     status_type: Any
@@ -39,6 +41,8 @@ class LcmMessages:
     write_status: Callable[[RobotStatus], Any]
     read_command: Callable[[Any], Array | None]
     write_command: Callable[[Any, Array], Any]
+    read_position: Callable[[Any], Array] | None = None
+    write_position: Callable[[Any, Array], Any] | None = None
 
 
 def _read_iiwa_status(message: Any) -> RobotStatus:
@@ -72,6 +76,17 @@ def _write_iiwa_command(status: Any, torque: Array) -> Any:
     # In torque mode positions have no stiffness, but the robot wants to be told where it is.
     command.joint_position = status.joint_position_measured
     command.num_torques, command.joint_torque = len(torque), torque.tolist()
+    return command
+
+
+def _read_iiwa_position(message: Any) -> Array:
+    return np.array(message.joint_position)
+
+
+def _write_iiwa_position(status: Any, position: Array) -> Any:
+    command = lcmt_iiwa_command()
+    command.utime, command.num_joints = status.utime, status.num_joints
+    command.joint_position = position.tolist()
     return command
 
 
@@ -123,6 +138,8 @@ LCM_MESSAGES = {
         _write_iiwa_status,
         _read_iiwa_command,
         _write_iiwa_command,
+        _read_iiwa_position,
+        _write_iiwa_position,
     ),
     "panda": LcmMessages(
         lcmt_panda_status,

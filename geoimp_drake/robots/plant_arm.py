@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, MultibodyForces
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram
+from pydrake.systems.framework import Diagram, InputPort
 
 from geoimp_drake.robots.robot_arm import RobotStatus
 from geoimp_drake.typing import Array
@@ -20,11 +20,13 @@ class PlantArm:
     what its weight asks for.
 
     Args:
-        diagram: contains the plant, whose actuation of the arm is not connected.
+        diagram: contains the plant, whose actuation of the arm is connected to its servos only.
         plant: in it, discrete.
         model_instance: the arm, whose joints are named as the model names them.
         gravity: who holds the arm's weight, `controller` or `robot`.
         wrench: name of the diagram's output port with h at E, None for none.
+        position: name of the diagram's input port with the positions of the arm's servos, in the
+            plant's order; None if the arm takes torques.
 
     Attributes:
         simulator: of the diagram.
@@ -38,6 +40,7 @@ class PlantArm:
         *,
         gravity: str = "controller",
         wrench: str | None = None,
+        position: str | None = None,
     ):
         self.name = plant.GetModelInstanceName(model_instance)
         self.gravity, self.period, self.torque_rate = gravity, plant.time_step(), np.inf
@@ -54,28 +57,38 @@ class PlantArm:
         self._context = plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self._actuation = plant.get_actuation_input_port(model_instance)
         self._wrench = None if wrench is None else diagram.GetOutputPort(wrench)
-        self._torque = np.zeros(len(joints))
+        self._position = None if position is None else diagram.GetInputPort(position)
+        self.takes = "torque" if position is None else "position"
+        self._command = np.zeros(len(joints))
 
     def connect(self) -> RobotStatus:
         """See `RobotArm`."""
         # Whoever holds the arm until then exerts what its weight asks for.
-        self._torque = np.zeros(len(self.joints)) if self.gravity == "robot" else self._weight()
+        if self._position is not None:
+            self._command = self._plant.GetPositions(self._context)[self._q]
+            self._send(self._position)
+        else:
+            is_held = self.gravity == "robot"
+            self._command = np.zeros(len(self.joints)) if is_held else self._weight()
         return self._status()
 
     def start(self) -> None:
         """See `RobotArm`."""
 
     def read(self) -> RobotStatus:
-        """See `RobotArm`; the plant moves on by a tick under the torques written last."""
-        weight = self._weight() if self.gravity == "robot" else 0.0
-        self._actuation.FixValue(self._context, self._torque + weight)
+        """See `RobotArm`; the plant moves on by a tick under what was written last."""
+        if self._position is not None:
+            self._send(self._position)
+        else:
+            weight = self._weight() if self.gravity == "robot" else 0.0
+            self._actuation.FixValue(self._context, self._command + weight)
         ticks = round(self.simulator.get_context().get_time() / self.period)
         self.simulator.AdvanceTo((ticks + 1) * self.period)
         return self._status()
 
-    def write(self, torque: Array) -> None:
+    def write(self, command: Array) -> None:
         """See `RobotArm`."""
-        self._torque = torque.copy()
+        self._command = command.copy()
 
     def stop(self) -> None:
         """See `RobotArm`."""
@@ -107,10 +120,17 @@ class PlantArm:
         q, v = self._plant.GetPositions(self._context), self._plant.GetVelocities(self._context)
         context = self.simulator.get_context()
         wrench = None if self._wrench is None else self._wrench.Eval(context).copy()
-        external = self.external_torque()
-        return RobotStatus(
-            context.get_time(), q[self._q], v[self._v], self._torque, wrench, external
-        )
+        external, torque = self.external_torque(), self._command
+        if self._position is not None:
+            weight = self._weight() if self.gravity == "robot" else 0.0
+            torque = self._actuation.Eval(self._context) - weight
+        return RobotStatus(context.get_time(), q[self._q], v[self._v], torque, wrench, external)
+
+    def _send(self, position: InputPort) -> None:
+        q = self._plant.GetPositions(self._context)
+        q[self._q] = self._command
+        own = self._plant.GetPositionsFromArray(self._arm, q)
+        position.FixValue(self.simulator.get_mutable_context(), own)
 
     def _weight(self) -> Array:
         weight: Array = -self._plant.CalcGravityGeneralizedForces(self._context)[self._v]

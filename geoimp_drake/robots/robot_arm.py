@@ -1,4 +1,4 @@
-"""What a driver of a robot's arm is: it reads a status, and writes torques."""
+"""What a driver of a robot's arm is: it reads a status, and writes torques or positions."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -6,7 +6,10 @@ from typing import Protocol
 from geoimp_drake.errors import GeoimpError
 from geoimp_drake.typing import Array
 
-__all__ = ["RobotArm", "RobotError", "RobotStatus"]
+__all__ = ["TAKES", "RobotArm", "RobotError", "RobotStatus"]
+
+# What a robot may take.
+TAKES = ("torque", "position")
 
 
 class RobotError(GeoimpError):
@@ -48,6 +51,7 @@ class RobotArm(Protocol):
             or `controller`.
         real_time: whether time passes at the robot while nothing is read or written.
         torque_rate: how fast the robot lets a torque change [Nm/s, N/s].
+        takes: what is written to it: `torque`, or `position` of joints with servos of their own.
     """
 
     name: str
@@ -56,6 +60,7 @@ class RobotArm(Protocol):
     gravity: str
     real_time: bool
     torque_rate: float
+    takes: str
 
     def connect(self) -> RobotStatus | None:
         """Connects; returns a status before anything is commanded, None if there is no answer.
@@ -65,13 +70,13 @@ class RobotArm(Protocol):
         """
 
     def start(self) -> None:
-        """Takes the torques over from the robot's own controller."""
+        """Takes the arm over from the robot's own controller."""
 
     def read(self) -> RobotStatus | None:
         """Waits for the next status; returns None if there is none for a period and a half."""
 
-    def write(self, torque: Array) -> None:
-        """Sends torques for the next tick (n) [Nm, N]."""
+    def write(self, command: Array) -> None:
+        """Sends what the robot takes for the next tick (n) [Nm, N] or [rad, m]."""
 
     def stop(self) -> None:
-        """Gives the torques back to the robot's own controller, which holds the arm; closes."""
+        """Gives the arm back to the robot's own controller, which holds it; closes."""

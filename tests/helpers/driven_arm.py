@@ -14,6 +14,7 @@ from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.arm.start_posture import find_start_posture
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.models import model_path
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.robots.drive import Drive, DriveConfig
@@ -24,7 +25,7 @@ from geoimp_drake.systems.sources.desired_motion import DesiredMotion, MotionSeg
 from geoimp_drake.systems.sources.external_wrench import ExternalWrench, WrenchRamp
 
 LIGHT = Path(__file__).resolve().parents[1] / "robot_files" / "cases" / "light7.urdf"
-STIFFNESS = 500.0
+STIFFNESS, PUSH = 500.0, 15.0
 
 
 def make_plant(
@@ -103,6 +104,27 @@ class DrivenArm:
         """Drives the arm; `through` may stand between it and its driver."""
         robot = through(self.robot)
         return Drive(robot, self.loop, config).run(self.motion(*segments), duration)
+
+
+def position_scenario(*settings: str) -> Any:
+    """Returns a scenario of the light arm on its own joint servos, whose hand is pushed and moved.
+
+    Args:
+        settings: KEY=VALUE, as for `--set`.
+    """
+    data = {
+        "arm": "mine",
+        "scheme": "admittance",
+        "robot": {"file": str(LIGHT), "end_effector": "l7"},
+        "start": {"position": None},
+        "segments": [{"duration": 0.4, "displacement": [0.0, 0.0, -0.02]}, {"duration": 4.1}],
+        "external": {"force": [0.0, 0.0, PUSH], "start": 1.0, "duration": 1.0},
+        "impedance": {
+            "translation": {"mass": 10.0, "damping": 200.0, "stiffness": STIFFNESS},
+            "rotation": {"mass": 4.0, "damping": 40.0, "stiffness": 50.0},
+        },
+    }
+    return get_experiment("custom").scenario((data,), settings)
 
 
 class Between:

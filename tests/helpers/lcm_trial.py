@@ -15,10 +15,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from driven_arm import DrivenArm, gains
+from driven_arm import DrivenArm, gains, position_scenario
 from pydrake.lcm import DrakeLcm
 
 from geoimp_drake.controllers.control_loop import ControlLoop
+from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, simulated_robot
 from geoimp_drake.laws.frame_motion import POSITION
 from geoimp_drake.parts.supervisor import Mode, SupervisorConfig
 from geoimp_drake.robots.drive import Drive, DriveConfig
@@ -102,7 +103,41 @@ def push(robot: str, wrench: str) -> dict[str, Any]:
     return {"way": (E - D).tolist(), "wrench": log.values["wrench"][k].tolist()}
 
 
-def _first_status(drive: Drive) -> RobotStatus:
+def positions() -> dict[str, Any]:
+    """Returns how far the pushed hand of an iiwa that takes positions is from D [m]."""
+    url = _url(os.getpid())
+    server = multiprocessing.get_context("spawn").Process(target=_serve_positions, args=(url,))
+    scenario = _of_positions(url)
+    scenario.robot.driver.supervisor = PATIENT
+    drive = ScenarioDrive(scenario)
+    drive.robot._patience = 1.0
+    server.start()
+    try:
+        _first_status(drive)
+        log = drive.run()
+    finally:
+        server.kill()
+        server.join()
+    rows = log.values
+    k = np.flatnonzero(rows["mode"][:, 0] == Mode.RUN)[-1]
+    E, D = (rows[f"motion_{frame}"][k, POSITION] for frame in "ED")
+    jump = np.abs(rows["position"][0] - rows["q"][0]).max()
+    return {"way": (E - D).tolist(), "jump": float(jump), "modes": np.unique(rows["mode"]).tolist()}
+
+
+def _of_positions(url: str) -> Any:
+    driver = f"robot.driver={{kind: lcm, url: '{url}', period: {PERIOD}}}"
+    return position_scenario(driver, f"sampling.period={PERIOD}", f"servos={{period: {PERIOD}}}")
+
+
+def _serve_positions(url: str) -> None:
+    """Simulates an arm on its own servos, pushed later on, as its process starts first."""
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    robot = simulated_robot(_of_positions(url), gravity="robot")
+    LcmRobot(robot, "iiwa", url, PERIOD).run(60.0, in_step=True)
+
+
+def _first_status(drive: Any) -> RobotStatus:
     for _ in range(50):  # of two seconds: its process takes a while to start
         try:
             return drive.look()
@@ -146,5 +181,5 @@ def _refusal(drive: Drive) -> str:
 
 if __name__ == "__main__":
     logging.getLogger("drake").setLevel(logging.ERROR)
-    task = {"push": push, "faults": faults}[sys.argv[1]]
+    task = {"push": push, "faults": faults, "positions": positions}[sys.argv[1]]
     print(json.dumps(task(*sys.argv[2:])))

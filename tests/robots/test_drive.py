@@ -70,7 +70,7 @@ def test_every_change_of_mode_is_told_once_with_its_reason(caplog):
     log = DrivenArm().drive(0.3, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
     expected = [
         "INIT to SOFT_START, the first valid reading.",
-        "SOFT_START to RUN, the torques have faded in.",
+        "SOFT_START to RUN, what is sent has faded in.",
         "RUN to HOLD, no valid reading.",
         "HOLD to RUN, valid readings again.",
         "RUN to BRAKE, the motion has ended.",

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from driven_arm import STIFFNESS
+from driven_arm import PUSH, STIFFNESS
 from lcm_trial import in_own_network
 
 from geoimp_drake.robots.lcm_messages import LCM_MESSAGES
 from geoimp_drake.robots.robot_arm import RobotStatus
 
-PUSH = 15.0
 ROBOTS = sorted(LCM_MESSAGES)
 
 
@@ -20,6 +19,13 @@ def test_a_pushed_hand_yields_as_the_impedance_says(robot, wrench):
     np.testing.assert_allclose(found["way"], way, rtol=0, atol=5e-3 * way[2])
     h = [0.0, 0.0, 0.0, 0.0, 0.0, -PUSH]
     np.testing.assert_allclose(found["wrench"], h, rtol=0, atol=5e-3 * PUSH)
+
+
+def test_the_hand_of_an_iiwa_that_takes_positions_yields_as_the_impedance_says():
+    found = in_own_network("positions")
+    way = [0.0, 0.0, PUSH / STIFFNESS]
+    np.testing.assert_allclose(found["way"], way, rtol=0, atol=1e-3 * way[2])
+    assert found["jump"] < 1e-12  # the first position sent is the one measured
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -44,6 +50,10 @@ def test_messages_say_what_was_meant(robot):
     sent = messages.command_type.decode(command.encode())
     np.testing.assert_array_equal(messages.read_command(sent), torque)
     assert sent.utime == message.utime
+    if messages.write_position is not None:
+        sent = messages.command_type.decode(messages.write_position(message, q).encode())
+        np.testing.assert_array_equal(messages.read_position(sent), q)
+        assert messages.read_command(sent) is None  # no torques
 
 
 def test_an_iiwa_reports_what_acts_on_its_joints_a_panda_what_they_exert():
