@@ -134,6 +134,7 @@ class AdmittanceLoop(ArmLoop):
         name = f"{plant.GetModelInstanceName(model_instance)}_admittance_loop"
         super().__init__(part, name, model, joints, config.sampling.period)
         self.config = config
+        self._let_change(impedance, passivity)
 
     def reset(
         self, q: Array, v: Array, wrench: Array | None = None, desired: Array | None = None

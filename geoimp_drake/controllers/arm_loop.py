@@ -7,8 +7,11 @@ from pydrake.math import RigidTransform
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.robot_joints import RobotJoints
+from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.part import Part
 from geoimp_drake.parts.part_loop import PartLoop
+from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest
 from geoimp_drake.typing import Array
 
@@ -45,6 +48,7 @@ class ArmLoop:
         self.model, self.period = model, period
         self.joints = RobotJoints(model, joints)
         self._loop = PartLoop(part, name)
+        self._gains: dict[str, Array] = {}
 
     @property
     def state(self) -> Array:
@@ -66,9 +70,32 @@ class ArmLoop:
         """Returns X_WE at joint positions (n)."""
         return self.joints.pose(q)
 
-    def _start(
-        self, q: Array, v: Array, wrench: Array | None, desired: Array | None, **others: Array
-    ) -> None:
+    def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
+        """Asks for other gains from the next tick on, which `passivity.gains` lets through.
+
+        Args:
+            stiffness: K (6, 6), [angular; linear]; None for as it is.
+            damping: D (6, 6).
+
+        Raises:
+            ConfigurationError: the configuration has no `passivity.gains`.
+            SignalError: a matrix is of another size.
+        """
+        if not self._gains:
+            raise ConfigurationError(
+                "change() is for a configuration with passivity.gains: give "
+                "PassivityConfig(gains=TankConfig())."
+            )
+        gains = {"stiffness": stiffness, "damping": damping}
+        self._loop.feed({name: np.ravel(K) for name, K in gains.items() if K is not None})
+
+    def _let_change(self, impedance: Impedance, passivity: Passivity) -> None:
+        """Begins with the configured gains, if `passivity` lets others through."""
+        if passivity.gains is not None:
+            K, D = impedance.changing_gains.matrices()
+            self._gains = {"stiffness": K, "damping": D}
+
+    def _start(self, q: Array, v: Array, wrench: Array | None, desired: Array | None) -> None:
         """Starts the part: without a wrench, and with D at rest on E, by default."""
         self._loop.reset(
             {
@@ -77,6 +104,6 @@ class ArmLoop:
                 "desired_motion": frame_motion_at_rest(self.pose(q))
                 if desired is None
                 else desired,
-                **others,
+                **self._gains,
             }
         )

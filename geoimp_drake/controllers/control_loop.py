@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex
 
@@ -10,7 +9,7 @@ from geoimp_drake.controllers.arm_loop import ArmLoop
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.impedance_controller import controller_parts
 from geoimp_drake.controllers.safety import refuse_safety
-from geoimp_drake.errors import ConfigurationError, SignalError
+from geoimp_drake.errors import SignalError
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_controller import ImpedanceController
 from geoimp_drake.task_functions.task_function import TaskFunction
@@ -80,10 +79,7 @@ class ControlLoop(ArmLoop):
         part = ImpedanceController(impedance, arm.loop(), passivity=passivity)
         name = f"{plant.GetModelInstanceName(model_instance)}_control_loop"
         super().__init__(part, name, arm.model, joints, config.sampling.period)
-        self._gains: dict[str, Array] = {}
-        if passivity.gains is not None:
-            K, D = self.impedance.changing_gains.matrices()
-            self._gains = {"stiffness": K, "damping": D}
+        self._let_change(self.impedance, passivity)
         self._reading = self._loop.input("estimated_state")
 
     def reset(
@@ -100,27 +96,8 @@ class ControlLoop(ArmLoop):
         Raises:
             SignalError: a signal cannot be used.
         """
-        self._start(q, v, wrench, desired, **self._gains)
+        self._start(q, v, wrench, desired)
         return self.joints.torques(self._loop.output("actuation"))
-
-    def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
-        """Asks for other gains from the next tick on, which `passivity.gains` lets through.
-
-        Args:
-            stiffness: K (6, 6), [angular; linear]; None for as it is.
-            damping: D (6, 6).
-
-        Raises:
-            ConfigurationError: the configuration has no `passivity.gains`.
-            SignalError: a matrix is of another size.
-        """
-        if not self._gains:
-            raise ConfigurationError(
-                "change() is for a configuration with passivity.gains: give "
-                "PassivityConfig(gains=TankConfig())."
-            )
-        gains = {"stiffness": stiffness, "damping": damping}
-        self._loop.feed({name: np.ravel(K) for name, K in gains.items() if K is not None})
 
     def step(
         self, q: Array, v: Array, wrench: Array | None, desired: Array, dt: float | None = None

@@ -8,6 +8,7 @@ from limited_arm import POSTURES, arm_plant, pose_at
 from rigs import make_controlled_arm, quick_config
 
 from geoimp_drake.compilation.compiled import is_available
+from geoimp_drake.controllers.admittance_controller import AdmittanceLoop
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.errors import ConfigurationError, SignalError
@@ -71,13 +72,16 @@ def test_with_constant_gains_a_tank_changes_nothing_to_the_bit(form: str) -> Non
 def loop_and_pose(made: ImpedanceControllerConfig):
     plant = arm_plant()
     E = plant.GetFrameByName("flange")
-    loop = ControlLoop(plant, E.model_instance(), E, made)
+    kind = AdmittanceLoop if made.scheme == "admittance" else ControlLoop
+    loop = kind(plant, E.model_instance(), E, made)
     return loop, frame_motion_at_rest(pose_at(plant, POSTURES[6]))
 
 
-def test_a_loop_by_hand_asks_for_gains_that_the_tank_lets_through() -> None:
+@pytest.mark.parametrize("scheme", ["inner-loop", "admittance"])
+def test_a_loop_by_hand_asks_for_gains_that_the_tank_lets_through(scheme: str) -> None:
     q, v = POSTURES[6], np.zeros(6)
     made = config("compiled")
+    made.scheme = scheme
     made.passivity.gains = TankConfig(cap=50.0)
     loop, still = loop_and_pose(made)
     push = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 20.0])

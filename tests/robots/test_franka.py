@@ -127,7 +127,7 @@ def test_20_s_at_1_khz_in_free_motion_and_then_pressed_on_a_box(server):
     """The observer takes friction for a push, to which C gives way; the hand keeps to C."""
     arm, rest = FrankaArm(server.address), MotionSegment(2.0)
     there, back = MotionSegment(2.0, [0.0, 0.1, 0.05]), MotionSegment(2.0, [0.0, -0.1, -0.05])
-    down = MotionSegment(6.0, [0.0, 0.0, -0.16])
+    down = MotionSegment(6.0, [0.0, 0.0, -0.18])
     log = drive(arm, controller(), "observer", there, back, rest, down, MotionSegment(8.0))
     assert log.failure is None
     assert 20_000 < log.ticks < 21_000
