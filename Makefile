@@ -24,7 +24,7 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 tests: $(STAMP) browser
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0 # files share costly runs
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations 20 # files share costly runs
 
 docs: $(STAMP) # what tests/test_documentation.py builds, to be read: build/docs/index.html
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/docs
