@@ -6,12 +6,16 @@ from continuous_loop import K_W, ContinuousLoop
 from impedance_rig import D_O, D_P, K_O, K_P, M_O, M_P
 from law_numerics import every_family
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
+from pydrake.geometry import AddCompliantHydroelasticProperties, ProximityProperties, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import (
     ApplySimulatorConfig,
     Simulator,
     Simulator_,
     SimulatorConfig,
 )
+from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import block_diag
 
 from geoimp_drake.analysis.linearization import linearize
@@ -129,3 +133,17 @@ def test_what_is_discrete_is_named_and_sent_to_analyze():
     readings.set_name("readings")
     with pytest.raises(ConversionError, match=r"'readings' takes samples every .*geoimp analyze"):
         readings.ToAutoDiffXd()
+
+
+def test_what_is_hydroelastic_is_named_and_sent_to_analyze():
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    properties = ProximityProperties()
+    AddCompliantHydroelasticProperties(0.01, 1e6, properties)
+    plant.RegisterCollisionGeometry(
+        plant.world_body(), RigidTransform(), Sphere(0.1), "cushion", properties
+    )
+    plant.Finalize()
+    diagram = builder.Build()
+    with pytest.raises(ConversionError, match=r"cushion' is hydroelastic.*geoimp analyze"):
+        linearize(diagram, diagram.CreateDefaultContext())
