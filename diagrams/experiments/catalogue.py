@@ -13,6 +13,7 @@ from geoimp_drake.validation import unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pydrake.geometry import Meshcat
 
     from geoimp_drake.analysis.encounter import Encounter
     from geoimp_drake.simulation.claims import Claim
@@ -66,6 +67,22 @@ class Experiment:
         module, _, builder = _SETUPS[self.setup]
         build: Callable[..., Any] = resolve_name(f"{_DIAGRAMS}.setups.{module}:{builder}")
         return build
+
+    @property
+    def run_elsewhere(self) -> Callable[..., Any]:
+        """Runs a scenario in the simulator that its `engine` names, which is not Drake."""
+        run: Callable[..., Any] = resolve_name(f"{_DIAGRAMS}.setups.mujoco_run:run_in_mujoco")
+        return run
+
+    def replay(self, scenario: Any, log: Log) -> "Meshcat":
+        """Returns a Meshcat that has recorded a log, made after the run."""
+        from geoimp_drake.diagrams.setups.replayed_arm import replay_log
+        from geoimp_drake.simulation.replay import start_meshcat, stop_listening
+
+        meshcat = start_meshcat(*self.view)
+        stop_listening(meshcat)
+        replay_log(scenario, log, meshcat)
+        return meshcat
 
     @property
     def claims(self) -> Callable[[Log, Any], "list[Claim]"]:

@@ -1,6 +1,7 @@
 """The press test: a disk held still against a surface measures its quasi-static stiffnesses."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
@@ -24,7 +25,7 @@ from geoimp_drake.diagrams.scene.surface import (
 )
 from geoimp_drake.typing import Array
 
-__all__ = ["PressResult", "PressRig", "press_test"]
+__all__ = ["PressResult", "PressRig", "Rig", "measure", "placed", "press_test"]
 
 
 @dataclass
@@ -35,6 +36,18 @@ class PressResult:
     tilt_stiffness: Array  # [Nm/rad] about x and y of S, shape (2,)
     preload: float  # [N]
     depth: float  # [m] of the disk's centre behind the undeformed surface
+
+
+class Rig(Protocol):
+    """What `measure` presses with."""
+
+    def press(self, depth: float, tilt: Array | None = None) -> Array:
+        """Returns the wrench on the surface about the disk's centre, in S (6), once it settled.
+
+        Args:
+            depth: of the disk's centre along −z of S [m].
+            tilt: rotation vector of the disk in S [rad], shape (3,), about the disk's centre.
+        """
 
 
 class PressRig:
@@ -88,8 +101,7 @@ class PressRig:
         self.simulator.get_mutable_context().SetTime(0.0)
         self.simulator.get_system().SetDefaultContext(self.simulator.get_mutable_context())
         context = self.plant_context
-        X_SP = RigidTransform(_rotation(tilt), np.array([0.0, 0.0, -depth]))
-        X_PD = RigidTransform(RotationMatrix.MakeXRotation(np.pi))
+        X_SP, X_PD = placed(depth, tilt)
         self._set_pose(context, self.disk, self.X_WS @ X_SP @ X_PD)
         if depth > 0:
             self._set_pose(context, self.surface.body, self.X_WS @ X_SP)
@@ -155,6 +167,26 @@ def press_test(
         disk_mesh: resolution hint of the disk [m].
     """
     rig = PressRig(config, X_WS, pivot=pivot, disk_mesh=disk_mesh)
+    return measure(rig, config, preload=preload, step=step, tilt=tilt)
+
+
+def measure(
+    rig: Rig,
+    config: SurfaceConfig,
+    *,
+    preload: float = 30.0,
+    step: float = 2e-4,
+    tilt: float = np.deg2rad(0.5),
+) -> PressResult:
+    """Measures with any rig, see `press_test`.
+
+    Args:
+        rig: with the surface.
+        config: of the surface.
+        preload: see `press_test`.
+        step: see there.
+        tilt: see there.
+    """
     depth = _depth_of(rig, preload, guess=preload / config.mount_stiffness)
     force = [-rig.press(depth + sign * step)[5] for sign in (1, -1)]
     moments = [[rig.press(depth, s * tilt * e)[:2] for s in (1, -1)] for e in np.eye(3)[:2]]
@@ -166,12 +198,18 @@ def press_test(
     )
 
 
-def _depth_of(rig: PressRig, preload: float, guess: float) -> float:
+def _depth_of(rig: Rig, preload: float, guess: float) -> float:
     """Returns the depth [m] that gives `preload` [N]: the force is nearly linear in it."""
     depth = guess
     for _ in range(3):
         depth *= preload / -rig.press(depth)[5]
     return float(depth)
+
+
+def placed(depth: float, tilt: Array | None = None) -> tuple[RigidTransform, RigidTransform]:
+    """Returns X_SP of a plate's face against a disk, see `PressRig.place`, and X_PD of the disk."""
+    X_SP = RigidTransform(_rotation(tilt), np.array([0.0, 0.0, -depth]))
+    return X_SP, RigidTransform(RotationMatrix.MakeXRotation(np.pi))
 
 
 def _rotation(vector: Array | None) -> RotationMatrix:

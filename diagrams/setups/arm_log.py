@@ -11,7 +11,7 @@ from geoimp_drake.simulation.recorder import Recorder
 from geoimp_drake.systems.sensing.frame_motion_sensor import FrameMotionSensor
 from geoimp_drake.typing import Array
 
-__all__ = ["record_arm", "true_motion"]
+__all__ = ["record_arm", "slides", "true_motion"]
 
 # Which positions of a joint are lengths, by its type; of all others none is.
 _LENGTHS = {"prismatic": (1.0,), "planar": (1.0, 1.0, 0.0), "rpy_floating": (0, 0, 0, 1, 1, 1)}
@@ -33,12 +33,12 @@ def record_arm(
     state = plant.get_state_output_port(instance)
     recorder.record(f"{arm}/q", state, slice(0, n))
     recorder.record(f"{arm}/v", state, slice(n, None))
-    recorder.constant(f"{arm}/prismatic", _slides(plant, instance))
+    recorder.constant(f"{arm}/prismatic", slides(plant, instance))
     for key, port in ports.items():
         recorder.record(f"{arm}/{key}", port)
 
 
-def _slides(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Array:
+def slides(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Array:
     """Returns of each position of an arm whether it is a length, 1.0, or an angle, 0.0 (n)."""
     slides = np.zeros(plant.num_positions())
     for joint in map(plant.get_joint, plant.GetJointIndices(instance)):

@@ -5,6 +5,8 @@
 ```
 """
 
+from dataclasses import replace
+
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context
@@ -29,6 +31,7 @@ def replay_log(scenario: SingleArmScenario, log: dict[str, Array], meshcat: Mesh
         log: of the drive, by the keys of a run's.
         meshcat: where it is drawn, and recorded.
     """
+    scenario = replace(scenario, engine="drake")  # whose plant is drawn, whatever has moved it
     setup = SetupBuilder(
         scenario, lambda plant: add_single_arm(plant, scenario), meshcat, live=False, logged=False
     )

@@ -15,9 +15,12 @@ from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
 from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
 from geoimp_drake.systems.safety_limits import SafetyConfig
 from geoimp_drake.systems.sources.desired_motion import MotionSegment, length_of
-from geoimp_drake.validation import LARGEST_SEED, key, positive, whole_number
+from geoimp_drake.validation import LARGEST_SEED, choice, key, positive, whole_number
 
-__all__ = ["CompliantArmSettings", "RunSettings", "differenced"]
+__all__ = ["ENGINES", "CompliantArmSettings", "RunSettings", "differenced"]
+
+# Simulators, the first is the one of every experiment.
+ENGINES = ("drake", "mujoco")
 
 # Of one run: a day of computing, and 2 GB of log with what two arms leave at an instant.
 _MOST_STEPS, _MOST_ROWS = 1e9, 1e6
@@ -29,6 +32,7 @@ class RunSettings:
     """Settings of a run that do not depend on what is in the cell."""
 
     experiment: str = "plexiglas"  # names the claims and figures
+    engine: str = "drake"  # that simulates; or mujoco
     seed: int = 0  # of the sensors' noise; that in `sensor` is added to it
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
@@ -49,6 +53,7 @@ class RunSettings:
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        choice(self.engine, key(name, "engine"), ENGINES)
         period = key(name, "log_period")
         positive(self.log_period, period, "s")
         whole_number(self.seed, key(name, "seed"), 0, LARGEST_SEED)

@@ -18,6 +18,7 @@ from geoimp_drake.diagrams.scene.surface_placement import SurfacePlacement
 from geoimp_drake.diagrams.setups.run_settings import RunSettings
 from geoimp_drake.diagrams.setups.setup import Setup
 from geoimp_drake.diagrams.setups.true_plant import TruePlant
+from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.robot_files.collision_filters import filter_neighbours
 from geoimp_drake.robot_files.preflight import warn_before_run
@@ -71,6 +72,11 @@ class SetupBuilder(Generic[Models]):
         logged: bool,
     ):
         check(scenario)
+        if scenario.engine != "drake":
+            raise ConfigurationError(
+                f"engine is '{scenario.engine}', which only geoimp run and geoimp compare "
+                f"use; leave it out here."
+            )
         self._scenario, self._add_models = scenario, add_models
         self._meshcat, self._live, self._pushes = meshcat, live, False
         self.builder = DiagramBuilder()

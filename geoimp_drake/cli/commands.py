@@ -75,10 +75,11 @@ def _run_worlds(options: argparse.Namespace) -> int:
     from geoimp_drake.diagrams.experiments.worlds import run_worlds
     from geoimp_drake.simulation.claims import format_claims
 
-    if options.scenario or options.html or options.meshcat or options.seed is not None:
+    alone = options.scenario, options.html, options.meshcat, options.simulator
+    if any(alone) or options.seed is not None:
         raise ConfigurationError(
             "worlds is many runs, each with seeds of its own: leave out --scenario, --html, "
-            "--meshcat and --seed; --duration and --set are those of every run."
+            "--meshcat, --simulator and --seed; --duration and --set are those of every run."
         )
     given = {"duration": options.duration, "impedance.orientation": options.orientation}
     overrides = [f"{path}={value}" for path, value in given.items() if value is not None]
@@ -252,6 +253,7 @@ def scenario_of(
         "impedance.orientation": orientation,
         "duration": options.duration,
         "seed": seed,
+        "engine": getattr(options, "simulator", None),
     }
     given = [f"{path}={value}" for path, value in shorthands.items() if value is not None]
     return experiment.scenario(layers, (*given, *options.overrides))

@@ -5,10 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import Meshcat
 
 from geoimp_drake.diagrams.setups.driven_arm import ScenarioDrive, simulated_robot
-from geoimp_drake.diagrams.setups.replayed_arm import replay_log
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import check_folder, write_files
@@ -17,8 +15,6 @@ from geoimp_drake.robots.real_time import real_time
 from geoimp_drake.robots.robot_arm import RobotError
 from geoimp_drake.simulation.claims import format_claims
 from geoimp_drake.simulation.experiment import RUN_FILES, as_npz, write_run
-from geoimp_drake.simulation.replay import start_meshcat, stop_listening
-from geoimp_drake.typing import Array
 
 __all__ = ["drive_robot", "look_at_robot", "simulate_robot", "single"]
 
@@ -50,20 +46,12 @@ def drive_robot(
             f"was sent."
         )
     rows = drive.log(log)
-    replay = _replay(experiment, scenario, rows) if html else None
+    replay = experiment.replay(scenario, rows) if html else None
     failure = log.failure or log.early
     result = write_run(experiment, scenario, rows, failure, out, figures, replay)
     computing = f"{1e6 * np.median(log.computing):.0f} µs in the median"
     said = f"{log.ticks} ticks of {1e3 * drive.robot.period:g} ms, computed in {computing}"
     return f"{said}\n{format_claims(result.claims)}", [*result.files, *ticks], failure
-
-
-def _replay(experiment: Any, scenario: Any, log: dict[str, Array]) -> Meshcat:
-    """Returns a Meshcat that has recorded a drive, made after it: a tick has no time to draw."""
-    meshcat = start_meshcat(*experiment.view)
-    stop_listening(meshcat)
-    replay_log(scenario, log, meshcat)
-    return meshcat
 
 
 def look_at_robot(scenario: Any) -> None:

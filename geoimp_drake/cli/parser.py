@@ -223,6 +223,9 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     add_experiment(run)
     run.add_argument("--orientation", metavar="FAMILY", help="orientation family of the impedance")
     add_scenario_options(run)
+    run.add_argument(
+        "--simulator", metavar="NAME", help="that runs it: drake, or mujoco, an extra (drake)"
+    )
     run.add_argument("--no-figures", action="store_true", help="write no figures")
     run.add_argument("--jobs", type=int, metavar="N", help="processes of worlds (one a core)")
     view = run.add_mutually_exclusive_group()

@@ -85,6 +85,8 @@ def run_experiment(
         OutputError: some files could not be written, which are named; the others are there.
     """
     check_folder(out, RUN_FILES)
+    if scenario.engine != "drake":
+        return _run_elsewhere(experiment, scenario, out, figures, html, live)
     meshcat = start_meshcat(*experiment.view, host=host) if html or live else None
     if meshcat is not None and not live:
         stop_listening(meshcat)
@@ -109,6 +111,20 @@ def run_experiment(
     log = setup.recorder.collect(outcome.context)
     replay = meshcat if html else None
     return write_run(experiment, scenario, log, outcome.failure, out, figures, replay)
+
+
+def _run_elsewhere(
+    experiment: Any, scenario: Any, out: Path, figures: bool, html: bool, live: bool
+) -> RunResult:
+    """Does the same in the scenario's own simulator, with a replay that is drawn from the log."""
+    if live:
+        raise ConfigurationError(
+            f"Only Drake's simulation can be watched as it runs, and engine is "
+            f"'{scenario.engine}': give --html in the place of --meshcat."
+        )
+    log, failure = experiment.run_elsewhere(scenario)
+    replay = experiment.replay(scenario, log) if html else None
+    return write_run(experiment, scenario, log, failure, out, figures, replay)
 
 
 def write_run(
