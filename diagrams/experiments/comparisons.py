@@ -21,7 +21,7 @@ from geoimp_drake.typing import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["CHAPTER_FAMILIES", "COMPARISONS", "Comparison"]
+__all__ = ["CHAPTER_FAMILIES", "COMPARISONS", "Comparison", "Runs"]
 
 CHAPTER_FAMILIES = ("quaternion", "classical-euler", "alternative-euler")
 

@@ -1,5 +1,7 @@
 """What `geoimp reproduce` runs of each experiment; in words and settings in reproduction.yaml."""
 
+import importlib.util
+import logging
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,16 +11,29 @@ from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
+from geoimp_drake.diagrams.experiments.simulators import SIMULATORS
 from geoimp_drake.diagrams.experiments.worlds import WorldsSection
 from geoimp_drake.scenario.loading import read_yaml
 
 __all__ = ["sections", "studies"]
 
+_log = logging.getLogger("drake")
+
 
 def studies() -> tuple[Study, ...]:
-    """Returns every experiment with its variants, in the catalogue's order."""
+    """Returns every experiment with its variants, in the catalogue's order, then two simulators.
+
+    These are left out, with a word in Drake's log, where the second is not installed.
+    """
     data = read_yaml(Path(__file__).with_suffix(".yaml"))
-    return tuple(_study(name, data[name]) for name in EXPERIMENTS)
+    names = list(EXPERIMENTS)
+    if importlib.util.find_spec("mujoco") is not None:
+        names += [f"{name}_two_simulators" for name in SIMULATORS]
+    else:
+        _log.info(
+            "MuJoCo is not there to be compared with Drake: pip install 'geoimp-drake[mujoco]'."
+        )
+    return tuple(_study(name, data[name]) for name in names)
 
 
 def sections() -> tuple[Section, ...]:
@@ -28,11 +43,13 @@ def sections() -> tuple[Section, ...]:
 
 def _study(name: str, data: Mapping[str, Any]) -> Study:
     variants = tuple(_variants(data))
-    comparison = data["comparison"]
+    comparison, experiment = data["comparison"], data.get("experiment")
+    own = CONTRASTS.get(name) or COMPARISONS.get(name)
     return Study(
-        experiment=EXPERIMENTS[name],
+        experiment=EXPERIMENTS[experiment or name],
+        name=name,
         variants=variants,
-        comparison=CONTRASTS.get(name) or COMPARISONS[name],
+        comparison=SIMULATORS[experiment] if experiment else own,
         compared=tuple(comparison.get("variants", [variant.name for variant in variants])),
         kind=comparison["kind"],
         text=comparison["text"],

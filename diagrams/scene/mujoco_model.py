@@ -16,15 +16,15 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex, WeldJoint
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models import model_path
 
-__all__ = ["END_EFFECTOR_SITE", "SENSOR_SITE", "TOOL_SIDE", "cell_spec", "mujoco", "scoped"]
+__all__ = ["END_EFFECTOR_SITE", "cell_spec", "load_mujoco", "scoped"]
 
 # Of each of the cell's model instances the file that it is read from.
 _FILES = {"": "six_joint_arm", "_sensor": "wrist_sensor", "_tool": "stick_and_disk"}
 
-SENSOR_SITE, END_EFFECTOR_SITE, TOOL_SIDE = "sensor", "end_effector", "tool_side"
+_SENSOR_SITE, END_EFFECTOR_SITE = "sensor", "end_effector"
 
 
-def mujoco() -> Any:
+def load_mujoco() -> Any:
     """Returns the module; raises ConfigurationError if the package, an extra, is missing."""
     try:
         import mujoco as module
@@ -38,7 +38,8 @@ def mujoco() -> Any:
 def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint) -> Any:
     """Returns the arm, its wrist sensor and its tool as an MjSpec, to be added to and compiled.
 
-    It has the sites `SENSOR_SITE`, with a force and a torque sensor, and `END_EFFECTOR_SITE`.
+    Its sensor data are torque and force at the wrist sensor, on the tool, in S; it has the site
+    `END_EFFECTOR_SITE`.
 
     Args:
         plant: finalized; contains the same models.
@@ -49,7 +50,7 @@ def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint
     Raises:
         ConfigurationError: MuJoCo is not installed.
     """
-    mj = mujoco()
+    mj = load_mujoco()
     spec = mj.MjSpec()
     spec.compiler.fusestatic = False
     spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
@@ -62,10 +63,10 @@ def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint
         _attach(spec, plant, instance, mj.MjSpec.from_string(_without_looks(file)))
     _add_rotors(spec, plant, instances[0])
     hand, frame = sensor_joint.child_body(), sensor_joint.frame_on_child()
-    _add_site(spec, SENSOR_SITE, hand, frame.GetFixedPoseInBodyFrame())
+    _add_site(spec, _SENSOR_SITE, hand, frame.GetFixedPoseInBodyFrame())
     _add_site(spec, END_EFFECTOR_SITE, E.body(), E.GetFixedPoseInBodyFrame())
     for kind in (mj.mjtSensor.mjSENS_TORQUE, mj.mjtSensor.mjSENS_FORCE):
-        spec.add_sensor(type=kind, objtype=mj.mjtObj.mjOBJ_SITE, objname=SENSOR_SITE)
+        spec.add_sensor(type=kind, objtype=mj.mjtObj.mjOBJ_SITE, objname=_SENSOR_SITE)
     return spec
 
 
@@ -76,7 +77,7 @@ def scoped(body: Any) -> str:
 
 
 def _without_looks(file: str) -> str:
-    """Returns the text of a model's URDF without its visuals, whose meshes MuJoCo would look for."""
+    """Returns a model's URDF without its visuals, whose meshes MuJoCo would look for."""
     robot = ElementTree.parse(Path(model_path(file))).getroot()
     for link in robot.iter("link"):
         for visual in link.findall("visual"):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from geoimp_drake.diagrams.scene.mujoco_model import mujoco
+from geoimp_drake.diagrams.scene.mujoco_model import load_mujoco
 from geoimp_drake.diagrams.scene.polyhedra import regular_polygon
 from geoimp_drake.diagrams.scene.press import placed
 from geoimp_drake.diagrams.scene.surface_config import DISK_RADIUS, SurfaceConfig, disk_sides
@@ -44,7 +44,7 @@ def add_plate(spec: Any, config: SurfaceConfig, X_WS: RigidTransform) -> None:
     Raises:
         ConfigurationError: the layer is too stiff for the time step.
     """
-    mj = mujoco()
+    mj = load_mujoco()
     _check_layer(config, spec.option.timestep)
     spec.option.cone = mj.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _FRICTION_OVER_NORMAL
@@ -86,7 +86,7 @@ def add_disk(
         config: of the surface that the disk will touch.
         resolution: edge length of the disk [m], see `surface.add_disk_contact`.
     """
-    mj = mujoco()
+    mj = load_mujoco()
     sides = disk_sides(resolution, "disk_resolution_hint")
     for k, point in enumerate(_points(sides)):
         spec.body(body).add_geom(
@@ -132,7 +132,8 @@ def _check_layer(config: SurfaceConfig, step: float) -> None:
         raise ConfigurationError(
             f"surface.properties.layer_stiffness {k:g} with relaxation_time "
             f"{config.relaxation_time:g} diverges in MuJoCo at a time step of {step:g} s: lower "
-            f"them, or raise plate_mass, until k h² + 2 k τ h, now {load:.3g}, is below {4 * m:.3g}."
+            f"them, or raise plate_mass, until k h² + 2 k τ h, now {load:.3g}, is below "
+            f"{4 * m:.3g}."
         )
 
 
@@ -146,7 +147,7 @@ class MujocoPressRig:
     """
 
     def __init__(self, config: SurfaceConfig, *, time_step: float = 1e-3, disk_mesh: float = 0.05):
-        self._mj = mj = mujoco()
+        self._mj = mj = load_mujoco()
         spec = mj.MjSpec()
         spec.option.timestep = time_step
         spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST

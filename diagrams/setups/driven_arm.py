@@ -105,6 +105,11 @@ def _add_servos(
 
 
 def _check_nominal(scenario: SingleArmScenario) -> None:
+    if scenario.engine != "drake":
+        raise ConfigurationError(
+            f"engine is '{scenario.engine}', and this arm is driven through its interface. Leave "
+            f"engine out, or use geoimp run."
+        )
     if not scenario.world.is_none():
         raise ConfigurationError(
             "world changes the plant of a simulated run, and this arm is driven through its "

@@ -13,7 +13,12 @@ from pydrake.systems.framework import DiagramBuilder
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.controllers.wrist_sensor import wrist_sensor_at
 from geoimp_drake.diagrams.scene.cell import WRIST_SENSOR
-from geoimp_drake.diagrams.scene.mujoco_model import END_EFFECTOR_SITE, cell_spec, mujoco, scoped
+from geoimp_drake.diagrams.scene.mujoco_model import (
+    END_EFFECTOR_SITE,
+    cell_spec,
+    load_mujoco,
+    scoped,
+)
 from geoimp_drake.diagrams.scene.mujoco_surface import add_disk, add_plate, stiffen
 from geoimp_drake.diagrams.scene.surface import surface_plane
 from geoimp_drake.diagrams.scene.surface_placement import check_clear
@@ -52,13 +57,14 @@ class MujocoArm:
     """
 
     def __init__(self, scenario: SingleArmScenario):
-        self._mj = mujoco()
+        self._mj = load_mujoco()
         self.name = scenario.arm
         self.plant, _ = AddMultibodyPlant(scenario.plant, DiagramBuilder())
         self.end_effector, self.sensor_joint = add_single_arm(self.plant, scenario)
         self._instance = self.plant.GetModelInstanceByName(scenario.arm)
         self._control = ControlModel.of_arm(self.plant, self._instance, self.end_effector)
-        posture, self.X_WE = start_posture(self._control, scenario.start)
+        is_regular = scenario.limits is None
+        posture, self.X_WE = start_posture(self._control, scenario.start, regular=is_regular)
         scenario.start.posture = posture.tolist()
         self.model = self._compiled(scenario)
         self.data = self._mj.MjData(self.model)
@@ -178,7 +184,8 @@ class MujocoWristSensor:
 
     def true_wrench(self) -> Array:
         """Returns h without the sensor's errors (6); before the first sample it is zero."""
-        h, seen = np.zeros(6), self
+        h = np.zeros(6)
+        seen: Any = self
         if self._count:
             self._part.write_true_wrench(seen, self._followed, h)
         return h

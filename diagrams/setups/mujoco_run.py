@@ -29,7 +29,7 @@ __all__ = ["MUJOCO_EXPERIMENTS", "MujocoRun", "run_in_mujoco"]
 MUJOCO_EXPERIMENTS = ("plexiglas", "consistency", "nondiagonal")
 
 # What only Drake's plant has, by key.
-_DRAKE_ONLY = ("robot", "body", "limits", "safety", "world", "effort_scale", "arm", "scheme")
+_DRAKE_ONLY = ("robot", "body", "safety", "world", "effort_scale", "arm", "scheme")
 
 
 def run_in_mujoco(scenario: SingleArmScenario) -> tuple[dict[str, Array], Exception | None]:
@@ -112,7 +112,7 @@ class MujocoRun:
         """Keeps a row of what a run logs."""
         reading = self.loop.joints.reading(*self.arm.state)
         n = len(reading) // 2
-        row = {
+        row: dict[str, Any] = {
             "t": time,
             "q": reading[:n],
             "v": reading[n:],
@@ -124,6 +124,8 @@ class MujocoRun:
             "wrench_true": self._sensor.true_wrench(),
             "energy": self.loop.output("energy"),
         }
+        if self._scenario.limits is not None:
+            row["limited"] = self.loop.output("limited")
         for name, value in row.items():
             self._rows[name].append(np.copy(value))
 
@@ -138,9 +140,8 @@ def _check_supported(scenario: Any) -> None:
     own, usual = plain_data(scenario), plain_data(SingleArmScenario())
     if other := [name for name in _DRAKE_ONLY if own[name] != usual[name]]:
         raise ConfigurationError(
-            f"MuJoCo runs the arm six as its model is; {', '.join(other)} of the scenario "
-            f"{'is' if len(other) == 1 else 'are'} for Drake's plant. Leave out "
-            f"--simulator mujoco, or {'that' if len(other) == 1 else 'those'}."
+            f"MuJoCo runs the arm six as its model knows it, and the scenario gives "
+            f"{', '.join(other)}, for Drake alone: leave out --simulator mujoco, or what is given."
         )
 
 

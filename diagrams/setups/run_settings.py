@@ -32,7 +32,6 @@ class RunSettings:
     """Settings of a run that do not depend on what is in the cell."""
 
     experiment: str = "plexiglas"  # names the claims and figures
-    engine: str = "drake"  # that simulates; or mujoco
     seed: int = 0  # of the sensors' noise; that in `sensor` is added to it
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
@@ -50,6 +49,7 @@ class RunSettings:
             integration_scheme="explicit_euler", max_step_size=1e-3, use_error_control=False
         )
     )
+    engine: str = "drake"  # that simulates; or mujoco
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -157,6 +157,7 @@ def _compile_laws(missing: Sequence[StudyRun]) -> None:
             run.scenario["impedance"]["orientation"],
         ): run
         for run in missing
+        if run.scenario["engine"] == "drake"
     }
     for run in kinds.values():
         # A run that fails reports that itself, when it is its turn.

@@ -32,6 +32,7 @@ class Study:
 
     Attributes:
         experiment: of the catalogue.
+        name: of its folder and its section.
         variants: the first is the main one, which gets a replay.
         comparison: curves and claims across variants.
         compared: names of the variants that are compared.
@@ -41,14 +42,10 @@ class Study:
     """
 
     experiment: Any
+    name: str
     variants: tuple[Variant, ...]
     comparison: Any
     compared: tuple[str, ...]
     kind: str
     text: str
     cost: float
-
-    @property
-    def name(self) -> str:
-        """Name of the experiment."""
-        return str(self.experiment.name)

@@ -42,7 +42,7 @@ class StudyRun:
 
 def identity_of(scenario: dict[str, Any], *, html: bool) -> str:
     """Returns a hash of all that a run's files depend on: scenario, versions, and this library."""
-    depends = [scenario, html, versions(), _sources()]
+    depends = [scenario, html, versions(scenario["engine"]), _sources()]
     return hashlib.sha256(json.dumps(depends, sort_keys=True).encode()).hexdigest()
 
 

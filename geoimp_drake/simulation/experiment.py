@@ -194,14 +194,15 @@ def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> s
         "duration": scenario.duration,
         "failure": None if failure is None else str(failure),
         "claims": [claim.as_dict() for claim in claims],
-        "versions": versions(),
+        "versions": versions(scenario.engine),
     }
     return json.dumps(metrics, indent=2, ensure_ascii=False, default=float) + "\n"
 
 
-def versions() -> dict[str, str]:
-    """Returns the versions of what a run's numbers depend on."""
-    return {
+def versions(engine: str = "drake") -> dict[str, str]:
+    """Returns the versions of what a run's numbers depend on in a simulator."""
+    other = {} if engine == "drake" else {engine: version(engine)}
+    return other | {
         "geoimp_drake": version("geoimp-drake"),
         "drake": version("drake"),
         "numpy": np.__version__,

@@ -22,6 +22,7 @@ from geoimp_drake.campaigns.study import Study, Variant
 from geoimp_drake.diagrams.experiments import reproduction
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS, get_experiment
 from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
+from geoimp_drake.diagrams.experiments.simulators import SIMULATORS
 from geoimp_drake.scenario.loading import plain_data
 from geoimp_drake.simulation.claims import FAILS, HOLDS, Claim
 
@@ -66,7 +67,8 @@ def claims_in(out: Path) -> list[dict[str, object]]:
 
 
 def test_every_experiment_is_reproduced():
-    assert [study.name for study in STUDIES] == list(EXPERIMENTS)
+    twice = [f"{name}_two_simulators" for name in SIMULATORS]
+    assert [study.name for study in STUDIES] == [*EXPERIMENTS, *twice]
     for study in STUDIES:
         assert {*study.compared} <= {variant.name for variant in study.variants}
 
@@ -140,7 +142,7 @@ def small_study(**settings: tuple[str, ...]) -> Study:
     variants = [Variant(name, name, given, {}, {}) for name, given in settings.items()]
     name = "plexiglas"
     return Study(
-        get_experiment(name), tuple(variants), COMPARISONS[name], tuple(settings), "", "", 1.0
+        get_experiment(name), name, tuple(variants), COMPARISONS[name], tuple(settings), "", "", 1.0
     )
 
 

@@ -126,7 +126,9 @@ def test_names_lead_nowhere_and_are_texts_in_a_replay(tmp_path, monkeypatch):
 def test_names_and_errors_are_texts_in_the_report(tmp_path):
     claim = Claim(MARKUP, 1.0, MARKUP, MARKUP, False)
     variant = Variant("v", MARKUP, (), {}, {MARKUP: MARKUP})
-    study = Study(get_experiment("plexiglas"), (variant,), None, (), MARKUP, MARKUP, 1.0)
+    study = Study(
+        get_experiment("plexiglas"), "plexiglas", (variant,), None, (), MARKUP, MARKUP, 1.0
+    )
     result = VariantResult(variant, tmp_path, (), (claim,), MARKUP)
     write_report(Reproduction((StudyResult(study, (result,), (), ()),), None), tmp_path)
     with visit(tmp_path / REPORT) as visited:
