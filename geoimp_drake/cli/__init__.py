@@ -60,6 +60,11 @@ def _interrupt(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(signal.Signals(number).name)
 
 
+def _is_shown(record: logging.LogRecord) -> bool:
+    """Returns whether a record is Drake's or this library's, or another's warning."""
+    return record.name.partition(".")[0] == "drake" or record.levelno >= logging.WARNING
+
+
 @contextlib.contextmanager
 def _log_on_terminal() -> Iterator[None]:
     """Shows what Drake and this library report; Python by itself shows warnings only.
@@ -68,6 +73,7 @@ def _log_on_terminal() -> Iterator[None]:
     C++, and all that is said afterwards would be shown by both.
     """
     handler, log = logging.StreamHandler(), logging.getLogger()
+    handler.addFilter(_is_shown)
     log.addHandler(handler)
     try:
         yield
