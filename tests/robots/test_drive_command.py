@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from driven_arm import LIGHT
 
-from geoimp_drake.cli import driving, main
+from geoimp_drake.cli import main
+from geoimp_drake.diagrams.setups import replayed_arm
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.laws.frame_motion import POSITION, QUATERNION
 from geoimp_drake.robots.plant_arm import PlantArm
@@ -142,7 +143,7 @@ def test_an_error_in_what_follows_leaves_the_last_ticks(scenario, monkeypatch):
     def fail(*_):
         raise ConfigurationError("no replay")
 
-    monkeypatch.setattr(driving, "replay_log", fail)
+    monkeypatch.setattr(replayed_arm, "replay_log", fail)
     assert main(["drive", "mine.yaml", "--html", "--no-figures"]) == 2
     assert [file.name for file in (scenario.parent / "results" / "mine").iterdir()] == ["ticks.npz"]
 
