@@ -24,6 +24,7 @@ from geoimp_drake import cli
 from geoimp_drake.simulation import bench
 
 README = ROOT / "README.md"
+COMMAND_LINE = ROOT / "docs" / "howto" / "command_line.md"
 DOCS = sorted(ROOT.glob("docs/**/*.md"))
 PAGES = [*sorted(ROOT.glob("*.md")), *DOCS]
 
@@ -117,7 +118,7 @@ def execute(line: str) -> None:
         assert arguments, line
         assert set(arguments) <= make_targets(), line
     elif program == "pip" and arguments[0] == "install":
-        (extras,) = re.findall(r"^\.(?:\[([\w,-]+)\])?$", arguments[1])
+        (extras,) = re.findall(r"^(?:\.|geoimp-drake)(?:\[([\w,-]+)\])?$", arguments[1])
         assert set(filter(None, extras.split(","))) <= extras_of_the_project(), line
     else:
         assert words == ["python3", "-m", "venv", ".venv"], f"nothing executes {line!r}"

@@ -1,11 +1,12 @@
-"""The README is true: its Python runs as printed, its commands and its paths exist."""
+"""The README is true: its Python runs as printed, its commands, scenario and results exist."""
 
 import re
+import shutil
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-import pytest
-from documents import README, blocks, commands, execute, make_targets, shortened
+from documents import README, blocks, commands, execute
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -15,12 +16,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from geoimp_drake import cli
 from geoimp_drake.models import model_path
+from geoimp_drake.robots.driver_config import DriverConfig
+from geoimp_drake.scenario.yaml_text import parse_yaml
 
 # A posture in which the arm reaches forward and its hand points down [rad].
 POSTURE = np.array([0.1225, -0.3789, 1.0966, 0.0, -0.7177, -1.4483])
 
-RUNS = [arguments for arguments in commands(README, "geoimp") if arguments[0] == "run"]
-LINES = [line for b in blocks(README) if b.language == "sh" for line in b.text.splitlines()]
+VALIDATION = README.parent / "docs" / "validation" / "index.md"
 
 
 def prepared_plant() -> dict:
@@ -58,35 +60,44 @@ def test_python_of_the_readme_makes_a_controller_that_moves_E_as_desired():
     np.testing.assert_allclose(moved, wanted, atol=0.05 * abs(wanted[2]))
 
 
-def test_every_block_of_the_readme_is_tested():
-    assert {block.language for block in blocks(README)} == {"python", "sh"}
-    tried = [*commands(README, "make"), *commands(README, "geoimp")]
-    assert len([line for line in LINES if line.strip()]) == len(tried) > 0
+def test_every_line_of_a_shell_block_is_tested():
+    (yaml,) = (block for block in blocks(README) if block.language == "yaml")
+    assert yaml.text.startswith("# franka.yaml\n")
+    assert {block.language for block in blocks(README)} == {"python", "sh", "yaml"}
+    assert commands(README, "geoimp") == [["drive", "franka.yaml", "--dry-run"]]
+    lines = [line for b in blocks(README) if b.language == "sh" for line in b.text.splitlines()]
+    others = [line for line in lines if not line.startswith("geoimp")]
+    assert len(others) == 3
+    for line in others:
+        execute(line)
 
 
-@pytest.mark.parametrize("arguments", commands(README, "make"), ids=" ".join)
-def test_make_has_the_targets_of_the_readme(arguments):
-    assert arguments
-    assert set(arguments) <= make_targets()
-
-
-@pytest.mark.parametrize("line", [x for x in LINES if "geoimp" in x and " run " not in x])
-def test_other_commands_of_the_readme_run(line, tmp_path, monkeypatch):
+def test_the_scenario_of_a_franka_can_be_driven(tmp_path, monkeypatch, capsys):
+    """Its plant stands for the robot: the same scenario, configuration and joints."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "models").symlink_to(README.parent / "models")
-    execute(line)
+    shutil.copy(files("franky_sim") / "assets" / "fr3.urdf", "fr3.urdf")
+    (yaml,) = (block.text for block in blocks(README) if block.language == "yaml")
+    Path("franka.yaml").write_text(yaml, encoding="utf-8")
+    (command,) = commands(README, "geoimp")
+    assert cli.main([*command, "--set", "robot.driver={kind: plant}"]) == 0
+    printed = re.findall(r"^(fr3_joint\d) +q .* torque ", capsys.readouterr().out, re.MULTILINE)
+    assert printed == [f"fr3_joint{k}" for k in range(1, 8)]
+    DriverConfig(**parse_yaml(yaml, "franka.yaml")["robot"]["driver"]).validate("robot.driver")
 
 
-@pytest.mark.parametrize("arguments", RUNS, ids=" ".join)
-def test_runs_of_the_readme_write_the_files_it_lists(arguments, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("my.yaml").write_text("start: {tilt_deg: 7.0}\n", encoding="utf-8")
-    assert cli.main(shortened(arguments)) == 0
-    text = README.read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (`\w+\.\w+`(?:, `\w+\.\w+`)*) \|", text, re.MULTILINE)
-    listed = {name.strip("`") for row in rows for name in row.split(", ")}
-    expected = listed if "--html" in arguments else listed - {"replay.html"}
-    files = (tmp_path / "results" / arguments[1]).iterdir()
-    # The README's N stands for the figure's number in the chapter.
-    written = {re.sub(r"(?<=figure_5_)\d+", "N", path.name) for path in files}
-    assert written == expected
+def test_results_of_the_readme_are_those_of_the_validation():
+    shown, all_of_them = (results(page) for page in (README, VALIDATION))
+    assert len(shown) > 4
+    assert shown <= all_of_them
+
+
+def results(page: Path) -> set[tuple[str, ...]]:
+    """The experiment, claim, value and bound of each row; a row without a name is of the last."""
+    text = page.read_text(encoding="utf-8")
+    table = text[text.index("| experiment | claim | value") :].partition("\n\n")[0]
+    rows, name = set(), ""
+    for line in table.splitlines()[2:]:
+        first, *others = (cell.strip() for cell in line.strip("|").split("|"))
+        name = first or name
+        rows.add((name, *others))
+    return rows

@@ -45,11 +45,10 @@ def assert_scales_are_logarithmic(figure) -> None:
         assert {"inner-loop", "direct"} <= drawn
 
 
-def test_the_tables_of_which_scheme_for_whom_have_what_is_measured():
-    pages = [(ROOT / page).read_text("utf-8") for page in ("README.md", "docs/concepts/schemes.md")]
-    tables = [page[page.index("| | `inner-loop`") :].partition("\n\n")[0] for page in pages]
-    assert tables[0] == tables[1]
-    (row,) = (line for line in tables[0].splitlines() if "links 10 % heavier" in line)
+def test_the_table_of_which_scheme_for_whom_has_what_is_measured():
+    page = (ROOT / "docs" / "concepts" / "schemes.md").read_text("utf-8")
+    table = page[page.index("| | `inner-loop`") :].partition("\n\n")[0]
+    (row,) = (line for line in table.splitlines() if "links 10 % heavier" in line)
     cells = [cell.strip() for cell in row.split("|")[2:-1]]
     for cell, scheme in ((0, "inner-loop"), (1, "direct"), (3, "admittance")):
         log, scenario, _ = run("disturbance", *VARIANTS[f"{scheme}-mass-10"].settings)
