@@ -15,6 +15,8 @@ from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 
 CLAIMS = ROOT / "docs" / "validation" / "claims.md"
 LOG = ROOT / "docs" / "howto" / "reading_the_log.md"
+GALLERY = ROOT / "docs" / "validation" / "gallery.md"
+CONCEPTS = [page for page in DOCS if page.parent.name == "concepts" and page.stem != "index"]
 # Pages whose commands a test of their own runs.
 BY_ITSELF = (CLAIMS, COMMAND_LINE)
 
@@ -94,6 +96,19 @@ def keeps(value: str, bound: str) -> bool:
 def test_every_experiment_has_its_claims_on_the_page():
     assert len(WITH_TABLE) == len(commands(CLAIMS, "geoimp"))
     assert {command.split()[2] for command, _ in WITH_TABLE} == set(EXPERIMENTS)
+
+
+def test_every_experiment_is_in_the_gallery_with_a_small_picture():
+    text = GALLERY.read_text(encoding="utf-8")
+    rows = re.findall(r"^\| !\[.+\]\((\S+)\) \| .+ \| `geoimp run (\w+)", text, re.MULTILINE)
+    assert {experiment for _, experiment in rows} == {*EXPERIMENTS, "worlds"}
+    sizes = {name: (GALLERY.parent / name).stat().st_size for name, _ in rows}
+    assert max(sizes.values()) < 200_000
+
+
+@pytest.mark.parametrize("page", CONCEPTS, ids=lambda page: page.stem)
+def test_a_concept_begins_with_a_picture(page):
+    assert page.read_text(encoding="utf-8").split("\n\n")[1].startswith("![")
 
 
 def links(page: Path) -> set[str]:

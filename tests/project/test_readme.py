@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+import pytest
 from documents import README, blocks, commands, execute
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
@@ -75,6 +76,7 @@ def test_every_line_of_a_shell_block_is_tested():
 def test_the_scenario_of_a_franka_can_be_driven(tmp_path, monkeypatch, capsys):
     """Its plant stands for the robot: the same scenario, configuration and joints."""
     monkeypatch.chdir(tmp_path)
+    pytest.importorskip("franky_sim", reason="only for Linux")
     shutil.copy(files("franky_sim") / "assets" / "fr3.urdf", "fr3.urdf")
     (yaml,) = (block.text for block in blocks(README) if block.language == "yaml")
     Path("franka.yaml").write_text(yaml, encoding="utf-8")
