@@ -20,6 +20,7 @@ from geoimp_drake.diagrams.scene.polyhedra import regular_polygon
 from geoimp_drake.diagrams.scene.press import placed
 from geoimp_drake.diagrams.scene.surface_config import DISK_RADIUS, SurfaceConfig, disk_sides
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.rotations import so3
 from geoimp_drake.typing import Array
 
 __all__ = ["MujocoPressRig", "add_disk", "add_plate", "stiffen"]
@@ -182,4 +183,4 @@ class MujocoPressRig:
         is_second = self._model.geom_bodyid[contact.geom2] == self._model.body(PLATE).id
         axes = contact.frame.reshape(3, 3) * (1.0 if is_second else -1.0)
         force = own[:3] @ axes
-        return np.concatenate((own[3:] @ axes + np.cross(contact.pos - p_WD, force), force))
+        return np.concatenate((own[3:] @ axes + so3.cross(contact.pos - p_WD, force), force))

@@ -17,7 +17,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import StateInterpolatorWithDiscreteDerivative
 
 from geoimp_drake.arm.control_model import ControlModel
-from geoimp_drake.controllers.admittance_controller import AdmittanceLoop, JointReference
+from geoimp_drake.controllers.admittance_controller import AdmittanceLoop
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.safety import refuse_safety
 from geoimp_drake.controllers.wrist_sensor import add_wrist_sensor
@@ -26,7 +26,7 @@ from geoimp_drake.diagrams.setups.single_arm import add_single_arm
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.parts.wrist_sensor_config import ToolLoad
-from geoimp_drake.robots.drive import Drive
+from geoimp_drake.robots.drive import Drive, command_of
 from geoimp_drake.robots.drive_log import DriveLog
 from geoimp_drake.robots.driver_config import DriverConfig
 from geoimp_drake.robots.plant_arm import PlantArm
@@ -172,8 +172,7 @@ class ScenarioDrive:
     def look(self) -> tuple[RobotStatus, Array]:
         """Returns a status and the command that would be sent then; nothing is commanded."""
         status = self._drive.look()
-        asked = self.loop.reset(status.q, status.v)
-        return status, asked.positions if isinstance(asked, JointReference) else asked
+        return status, command_of(self.loop.reset(status.q, status.v))
 
     def run(self) -> DriveLog:
         """Drives the arm; returns the log, whatever ended the drive."""

@@ -29,7 +29,7 @@ from geoimp_drake.parts.counted_noise import CountedNoise
 from geoimp_drake.parts.signals import AT_REST
 from geoimp_drake.parts.wrist_sensor import Sensor
 from geoimp_drake.parts.wrist_sensor_config import WristSensorConfig
-from geoimp_drake.rotations import quaternion
+from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
 
@@ -110,7 +110,7 @@ class MujocoArm:
         h = self._push(data.time)
         # MuJoCo's acts at the body's centre of mass, force first.
         lever = data.site_xpos[self._site] - data.xipos[hand]
-        data.xfrc_applied[hand] = np.concatenate((h[3:], h[:3] + np.cross(lever, h[3:])))
+        data.xfrc_applied[hand] = np.concatenate((h[3:], h[:3] + so3.cross(lever, h[3:])))
         mj.mj_step2(model, data)
         mj.mj_step1(model, data)
 

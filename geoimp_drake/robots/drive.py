@@ -26,7 +26,7 @@ from geoimp_drake.simulation.garbage import only_new_garbage
 from geoimp_drake.typing import Array
 from geoimp_drake.validation import check, choice, finite_vector, key, positive
 
-__all__ = ["WRENCHES", "Drive", "DriveConfig"]
+__all__ = ["WRENCHES", "Drive", "DriveConfig", "command_of"]
 
 # Where the wrench at E comes from.
 WRENCHES = ("observer", "robot", "none")
@@ -175,7 +175,7 @@ class Drive:
         self._clock, self._heard = 0.0, time.perf_counter()
         self._sent, self._stops = self._measured(status), False
         D = self._motion.evaluate(0.0)
-        command = _command(self._loop.reset(status.q, status.v, None, D))
+        command = command_of(self._loop.reset(status.q, status.v, None, D))
         if self._observer is not None:
             self._observer.reset(self._observed(status))
         self._supervisor.reset(
@@ -222,7 +222,7 @@ class Drive:
         supervisor.step(readings, {"desired_motion": self._motion.evaluate(self._clock)}, passed)
         if status is not None and is_new:
             D, h = (supervisor.output(f"supervised_{name}") for name in ("motion", "wrench"))
-            supervisor.feed({"torque": _command(loop.step(status.q, status.v, h, D, elapsed))})
+            supervisor.feed({"torque": command_of(loop.step(status.q, status.v, h, D, elapsed))})
         self._sent = supervisor.output("supervised_torque").copy()
         return readings.get("wrench", np.nan)
 
@@ -306,7 +306,7 @@ class Drive:
             signal.signal(signal.SIGINT, before)
 
 
-def _command(asked: Array | JointReference) -> Array:
+def command_of(asked: Array | JointReference) -> Array:
     """Returns what a robot is sent; one that takes positions finds their velocities itself."""
     return asked.positions if isinstance(asked, JointReference) else asked
 
