@@ -7,12 +7,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from geoimp_drake.diagrams.experiments.measures import Log, quaternion_error
+from geoimp_drake.diagrams.experiments.measures import (
+    Log,
+    orientation_angle,
+    position_offset,
+)
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.simulation.claims import Claim, at_least, at_most, phase_reached, within
 from geoimp_drake.simulation.figures import panels_figure
 from geoimp_drake.simulation.style import figure_style, make_logarithmic
-from geoimp_drake.systems.frame_motion import POSITION
 from geoimp_drake.systems.sources.desired_motion import phases_of
 from geoimp_drake.typing import Array
 
@@ -46,13 +49,13 @@ def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
         mean of ‖f − K_p Δp_de‖ / ‖f‖ in the last second of contact.
     """
     phases = {name: (begin, end) for name, begin, end in phases_of(scenario.segments)}
-    offset, t = _offset(log, scenario), log["t"]
+    offset, t = position_offset(log, scenario.arm), log["t"]
     values = {}
     if phase_reached(log, phases["rest"][1]):
         rest = _last_second_before(t, phases["rest"][1])
         values["motion"] = float(_norm(offset[t <= phases["free motion"][1]]).max())
         values["rest"] = float(_norm(offset[rest]).mean())
-        values["angle"] = float(_angle(log, scenario)[rest].mean())
+        values["angle"] = float(orientation_angle(log, scenario.arm)[rest].mean())
     if phase_reached(log, phases["hold"][1]):
         hold = _last_second_before(t, phases["hold"][1])
         force = log[f"{scenario.arm}/wrench_true"][hold, 3:]
@@ -75,8 +78,8 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
     """Returns how far E is from D over time, and the contact force."""
     panels = [
-        ("E from D", "Δp_de [mm]", _offset(log, scenario), 1.0),
-        ("angle of E from D", "ϑ_de [°]", _angle(log, scenario), 0.1),
+        ("E from D", "Δp_de [mm]", position_offset(log, scenario.arm), 1.0),
+        ("angle of E from D", "ϑ_de [°]", orientation_angle(log, scenario.arm), 0.1),
         ("contact force", "f [N]", log[f"{scenario.arm}/wrench_true"][:, 3:], None),
     ]
     title = f"disturbance: {scenario.scheme}, {_words(scenario)}"
@@ -192,18 +195,6 @@ def _words(scenario: SingleArmScenario) -> str:
     words = [f"links {100 * (mass - 1.0):+.3g} %"] if mass != 1.0 else []
     words += [f"friction of {100 * friction:.3g} %"] if friction else []
     return " and ".join(words) or "the plant as known"
-
-
-def _offset(log: Log, scenario: SingleArmScenario) -> Array:
-    """Returns Δp_de over time in W (N×3) [mm]."""
-    arm = scenario.arm
-    return 1e3 * (log[f"{arm}/motion_D"] - log[f"{arm}/motion_E"])[:, POSITION]
-
-
-def _angle(log: Log, scenario: SingleArmScenario) -> Array:
-    """Returns the angle between D and E over time (N) [°]."""
-    half = _norm(quaternion_error(log, scenario.arm, "E"))
-    return np.degrees(2.0 * np.arcsin(np.minimum(half, 1.0)))
 
 
 def _last_second_before(t: Array, end: float) -> Array:

@@ -28,7 +28,9 @@ __all__ = [
     "force_spring_error",
     "misalignment",
     "moment_spring_error",
+    "orientation_angle",
     "orientation_displacement",
+    "position_offset",
     "quaternion_error",
     "spring_claims",
     "spring_errors",
@@ -190,6 +192,17 @@ def quaternion_error(log: Log, arm: str, frame: str) -> Array:
     """Returns ε of the orientation of D seen from `frame` (C or E) over time (N×3)."""
     D, F = (log[f"{arm}/motion_{name}"][:, QUATERNION] for name in ("D", frame))
     return np.array([quaternion.relative(Q_WF, Q_WD)[1:] for Q_WF, Q_WD in zip(F, D, strict=True)])
+
+
+def position_offset(log: Log, arm: str) -> Array:
+    """Returns Δp_de, D from the true E, over time in W (N×3) [mm]."""
+    return 1e3 * (log[f"{arm}/motion_D"] - true_motion(log, arm))[:, POSITION]
+
+
+def orientation_angle(log: Log, arm: str) -> Array:
+    """Returns the angle between D and the true E over time (N) [°]."""
+    half = np.linalg.norm(quaternion_error(log, arm, "E"), axis=1)
+    return np.asarray(np.degrees(2.0 * np.arcsin(np.minimum(half, 1.0))))
 
 
 def misalignment(epsilon: Array, axis: Array) -> Array:

@@ -1,0 +1,105 @@
+"""Metrics that others publish of compliant arms, of signals over time.
+
+Each takes samples over time, and says what it means by its name.
+"""
+
+import numpy as np
+
+from geoimp_drake.analysis.encounter import contact_metrics
+from geoimp_drake.typing import Array
+
+__all__ = [
+    "force_overshoot",
+    "ideal_response",
+    "impedance_fidelity",
+    "jerk",
+    "root_mean_square",
+    "time_above",
+]
+
+
+def root_mean_square(values: Array) -> float:
+    """Returns √(mean of the squares) of values over time (N), in their unit."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def force_overshoot(times: Array, force: Array) -> float:
+    """Returns by how much the peak exceeds the force at rest, over that; 0 for none [-].
+
+    At rest is the mean over the last second, as of `contact_metrics`. Where nothing presses then,
+    it is infinite.
+
+    Args:
+        times: of the samples (N) [s].
+        force: size of the contact force (N) [N].
+    """
+    metrics = contact_metrics(times, force, 0.0)
+    peak, steady = metrics["peak_force"], metrics["steady_force"]
+    return peak / steady - 1.0 if steady > 0.0 else np.inf
+
+
+def time_above(times: Array, force: Array, limit: float) -> float:
+    """Returns how long a force is beyond a limit [s]; a sample tells of the time since the last.
+
+    Args:
+        times: of the samples (N) [s].
+        force: its size (N) [N].
+        limit: that it has to exceed [N].
+    """
+    return float(np.diff(times) @ (force[1:] > limit))
+
+
+def jerk(times: Array, acceleration: Array) -> Array:
+    """Returns ‖dv̇/dt‖ over time (N) [m/s³], by central differences.
+
+    Args:
+        times: of the samples (N) [s].
+        acceleration: v̇ of a point (N×3) [m/s²].
+    """
+    rate = np.gradient(acceleration, times, axis=0)
+    return np.asarray(np.linalg.norm(rate, axis=1))
+
+
+def ideal_response(
+    times: Array, force: Array, mass: Array, damping: Array, stiffness: Array
+) -> tuple[Array, Array]:
+    """Returns x and ẋ (N×3) [m, m/s] of M ẍ + D ẋ + K x = f from rest, by the trapezoidal rule.
+
+    Args:
+        times: of the samples (N), evenly spaced [s].
+        force: on the body (N×3) [N].
+        mass: M (3×3) [kg].
+        damping: D (3×3) [Ns/m].
+        stiffness: K (3×3) [N/m].
+    """
+    half = 0.5 * (times[1] - times[0])
+    A = np.block(
+        [
+            [np.zeros((3, 3)), np.eye(3)],
+            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+        ]
+    )
+    inputs = np.hstack((np.zeros_like(force), np.linalg.solve(mass, force.T).T))
+    left, right = np.linalg.inv(np.eye(6) - half * A), np.eye(6) + half * A
+    states = np.zeros((len(times), 6))
+    for k in range(1, len(times)):
+        states[k] = left @ (right @ states[k - 1] + half * (inputs[k - 1] + inputs[k]))
+    return states[:, :3], states[:, 3:]
+
+
+def impedance_fidelity(times: Array, power: Array, ideal: Array) -> float:
+    """Returns 1 − Σ ∫|P_i − P*_i| dt / Σ ∫|P*_i| dt of the powers in a step response [-].
+
+    It is one where the impedance is there as it was asked for, and falls with what it does
+    otherwise in the direction of the step as with what leaks into others, whose P* is zero. The
+    name, and that powers of step responses are compared, are those of Dos Santos et al., Leveraging
+    Port-Hamiltonian Theory for Impedance Control Benchmarking (2025); the formula is ours.
+
+    Args:
+        times: of the samples (N) [s].
+        power: P_i that the springs take from the arm, by direction (N×m) [W].
+        ideal: P*_i of the impedance as asked for (N×m) [W].
+    """
+    steps = np.diff(times)
+    off, asked = (steps @ np.abs(powers[1:]).sum(axis=1) for powers in (power - ideal, ideal))
+    return float(1.0 - off / asked)
