@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 OUT ?= results
 PDF_ENGINE ?= xelatex
 
-.PHONY: run test lint format types tests docs dist paper browser clean
+.PHONY: run test lint format types tests coverage docs dist paper browser clean
 
 run: $(STAMP) # prints where the report is; started again, it does what is missing
 	@$(BIN)/geoimp reproduce --out $(OUT)
@@ -25,6 +25,12 @@ types: $(STAMP)
 
 tests: $(STAMP) browser
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations 20 # files share costly runs
+
+coverage: $(STAMP) browser # lines and branches that tests run, in all of their processes
+	$(BIN)/coverage erase
+	OPENBLAS_NUM_THREADS=1 $(BIN)/coverage run -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 docs: $(STAMP) # what tests/test_documentation.py builds, to be read: build/docs/index.html
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/docs
@@ -58,4 +64,4 @@ $(STAMP): pyproject.toml
 	@touch $@
 
 clean:
-	rm -rf $(VENV) $(OUT) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(OUT) build dist *.egg-info .coverage* .pytest_cache .mypy_cache .ruff_cache

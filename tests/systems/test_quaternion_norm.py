@@ -1,4 +1,4 @@
-"""The norm of the quaternion that is integrated, over a million steps."""
+"""The norm of the quaternion that is integrated: over many steps it does not drift."""
 
 import numpy as np
 import pytest
@@ -60,12 +60,13 @@ def norm_error(Q: np.ndarray) -> float:
     return float(np.abs(np.linalg.norm(Q, axis=1) - 1.0).max())
 
 
-def test_norm_of_the_state_stays_one_over_a_million_steps() -> None:
-    Q = quaternions(Drag(np.eye(3), np.eye(3), np.eye(3)), 1_000_000, 100)
-    print(f"\ngreatest norm error of the quaternion state over 1e6 steps: {norm_error(Q):.2e}")
-    assert len(Q) == 10_000
+def test_norm_of_the_state_does_not_drift() -> None:
+    Q = quaternions(Drag(np.eye(3), np.eye(3), np.eye(3)), 100_000, 10)
+    first, *later = (norm_error(part) for part in np.split(Q, 10))
+    print(f"\ngreatest norm error in each tenth of 1e5 steps: {first:.2e}, {later}")
     assert np.ptp(Q, axis=0).min() > 0.2  # it has turned, and about every axis
-    assert norm_error(Q) < 1e-9
+    assert first < 1e-10
+    assert max(later) <= first  # what steps add up would be most at the end
 
 
 def test_norm_stays_one_from_the_first_step_on_with_the_chapters_law() -> None:
