@@ -44,6 +44,7 @@ class Impedance:
         energies: of whatever gains.
         check: raises an error if the law cannot use a signal, see `ImpedanceChecks`.
         has_domain: see there.
+        is_plain: whether its orientation family can be used at any attitude.
         needs_wrench: whether the law has the wrench in it.
         holds: place in the memory that is not zero while C is held back.
     """
@@ -85,6 +86,7 @@ class Impedance:
         self.gains = self.changing_gains.at
         self._checks = ImpedanceChecks(rotation, self._rotates, remedy)
         self.check, self.has_domain = self._checks.check, self._checks.has_domain
+        self.is_plain = not (self.has_domain or self._checks.has_conditioning)
         self.inputs = {
             "desired_motion": FRAME_MOTION_SIZE,
             "wrench": 6,
@@ -104,12 +106,7 @@ class Impedance:
             Output("compliant_motion", FRAME_MOTION_SIZE, self.find, signals),
             held("last_compliant_motion", self.memory.last),
             Output("displacement", 6, self._write_displacement, signals),
-            Output(
-                "energy",
-                len(ImpedanceEnergy.get_fields()),
-                self._write_energy,
-                signals,
-            ),
+            Output("energy", len(ImpedanceEnergy.get_fields()), self._write_energy, signals),
         )
 
     def check_start(self, now: Now) -> None:

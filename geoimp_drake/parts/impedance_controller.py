@@ -7,13 +7,15 @@ import numpy as np
 
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
 from geoimp_drake.parts.direct_impedance import DirectImpedance
+from geoimp_drake.parts.found_impedance import FoundImpedance
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.impedance_tick import ImpedanceTick
 from geoimp_drake.parts.inner_loop import InnerLoop
 from geoimp_drake.parts.joint_limits import slack_of
-from geoimp_drake.parts.law_signals import ArmSignals, ImpedanceSignals
+from geoimp_drake.parts.law_signals import ReadingSignals
 from geoimp_drake.parts.natural_impedance import NaturalImpedance
-from geoimp_drake.parts.part import NOTHING, Flows, Memory, Now, Output, held, nested
+from geoimp_drake.parts.part import Flows, Memory, Now, Output, held, nested
 from geoimp_drake.parts.passivity import Passivity
 from geoimp_drake.parts.within import Within
 from geoimp_drake.parts.wrist_sensors import WristSensors
@@ -24,32 +26,6 @@ __all__ = ["EndEffectorImpedance", "ImpedanceController"]
 EndEffectorImpedance = Impedance | DirectImpedance | NaturalImpedance
 
 _NO_WRENCH, _UNKNOWN, _NEVER = np.zeros(6), np.full(6, np.nan), float("nan")
-
-
-class _Found:
-    """The motion of C, what its energy needs, memory and wrench behind both, and the torques.
-
-    The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
-    """
-
-    __slots__ = (
-        "arm",
-        "arm_memory",
-        "impedance",
-        "memory",
-        "motion",
-        "own",
-        "reports",
-        "terms",
-        "time",
-        "wrench",
-    )
-
-    def __init__(self, impedance: ImpedanceSignals, arm: ArmSignals):
-        self.impedance, self.arm, self.motion = impedance, arm, impedance.motion
-        self.terms: tuple[Array, ...] = ()
-        self.memory = self.own = self.arm_memory = self.wrench = NOTHING
-        self.time, self.reports = np.nan, (NOTHING, 0.0, 0.0, NOTHING)
 
 
 class ImpedanceController:
@@ -112,6 +88,7 @@ class ImpedanceController:
         if sensor is not None:
             self._sensed = nested(self.memory.sensor, sensor.wrenches[0])
         self._count = self.memory.arm.start + loop.count
+        self._acts = nested(self.memory.arm, loop.acts)
         self._last = nested(self.memory.impedance, impedance.memory.last)
         self.samplings = [(loop.readings.period, self._read)]
         if sensor is not None:
@@ -158,14 +135,14 @@ class ImpedanceController:
         """Evaluates the impedance, so that initialization already refuses what it cannot use."""
         _ = now.found
 
-    def new_found(self) -> _Found:
+    def new_found(self) -> FoundImpedance:
         """Returns what the motion of C is written to."""
         impedance = self._impedance.new_signals()
-        return _Found(impedance, self._loop.new_signals(impedance.motion))
+        return FoundImpedance(impedance, self._loop.new_signals(impedance.motion))
 
     def stay(
         self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
-    ) -> tuple[Any, _Found]:
+    ) -> tuple[Any, FoundImpedance, ImpedanceTick | None]:
         """Does what `new_workspace` and `new_found` do, for memory and inputs that stay."""
         arm, wrench = memory[self._arm], inputs.get("wrench", _NO_WRENCH)
         felt = wrench.copy() if self._impedance.needs_wrench is False else wrench
@@ -174,10 +151,26 @@ class ImpedanceController:
         # The rate of the state, then what the outputs follow from.
         for own in ((state, rate), (state,)) if self._flows else ((), ()):
             impedance = self._impedance.new_signals(*given, *own)
-            found.append(_Found(impedance, self._loop.new_signals(impedance.motion, arm, felt)))
-        return (self._loop.stay(arm, inputs), None, found[0]), found[1]
+            found.append(
+                FoundImpedance(impedance, self._loop.new_signals(impedance.motion, arm, felt))
+            )
+        workspace = self._loop.stay(arm, inputs)
+        tick = self._tick(memory, workspace.reading, found[1])
+        return (workspace, None, found[0]), found[1], tick
 
-    def find(self, now: Now, found: _Found) -> None:
+    def _tick(
+        self, memory: Array, reading: ReadingSignals, found: FoundImpedance
+    ) -> ImpedanceTick | None:
+        """Returns what does a tick in one call; None if more is to be done in it, or to be seen."""
+        impedance, loop = self._impedance, self._loop
+        if not isinstance(impedance, Impedance) or self._changes_gains:
+            return None
+        if not (impedance.is_plain and loop.is_plain):
+            return None
+        last, holds = memory[self._last], memory[self._holds : self._holds + 1]
+        return ImpedanceTick(impedance, loop, reading, found, last, holds, memory[self._acts])
+
+    def find(self, now: Now, found: FoundImpedance) -> None:
         """Writes the motion of C."""
         memory = self._remembered(now)
         if memory is not found.memory:
@@ -205,7 +198,7 @@ class ImpedanceController:
         """Returns the memories of the impedance and of the arm."""
         return memory[self._own], memory[self._arm]
 
-    def _measured(self, now: Now, found: _Found) -> tuple[Array, Array]:
+    def _measured(self, now: Now, found: FoundImpedance) -> tuple[Array, Array]:
         """Returns the wrench and the motion of E as measured last."""
         return found.wrench, self._loop.motion(found.arm_memory, now)
 
@@ -224,7 +217,7 @@ class ImpedanceController:
 
     def _rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of C's state; a part without impedance follows D."""
-        found: _Found = now.workspace[2]
+        found: FoundImpedance = now.workspace[2]
         self.find(now, found)
         if rate is not found.impedance.rate:
             rate[:] = found.impedance.rate
@@ -262,7 +255,7 @@ class ImpedanceController:
         value[:] = self._impedance.displacement(now["desired_motion"], now.found.motion)
 
     def _write_energy(self, now: Now, value: Array) -> None:
-        found: _Found = now.found
+        found: FoundImpedance = now.found
         view = self._view(now, found.memory)
         value[:] = self._impedance.energy(view, found.motion, found.wrench, *found.terms)
 
@@ -277,9 +270,9 @@ class ImpedanceController:
     def _write_task_value(self, now: Now, value: Array) -> None:
         value[:] = self._resolved(now).reports[1] if self._loop.is_redundant else 0.0
 
-    def _resolved(self, now: Now) -> _Found:
+    def _resolved(self, now: Now) -> FoundImpedance:
         """Returns what has been found, with torques of this time."""
-        found: _Found = now.found
+        found: FoundImpedance = now.found
         if found.time != now.time:
             # What the impedance leaves out is not compensated in (2.3) either.
             h = found.wrench if self._impedance.needs_wrench else _NO_WRENCH

@@ -52,9 +52,12 @@ class InnerLoop(ReadArm):
 
     Attributes:
         is_redundant: whether it has more than six joints.
+        is_plain: whether its laws alone make the torques, without task, domain and remedies.
+        orientation_law: of the motion loop.
         memory: what has been read, the posture at the start, the largest torques.
         limits: of the arm.
         limited: place of `Limited` in the memory.
+        acts: place in the memory that is not zero while a limit acts.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class InnerLoop(ReadArm):
         self._names = {name: name + suffix for name in ("reference_motion", "wrench")}
         self._label = f", arm {arm}" if arm else ""
         self.is_redundant = n > TASK_DIMENSION
+        self.is_plain = not self.is_redundant and remedies is None and not motion.has_domain
         self._motion, self._null_space, self._saturation = motion, null_space, Saturation(model)
         self._remedies = remedies
         self.memory = Memory(
@@ -84,7 +88,8 @@ class InnerLoop(ReadArm):
         super().__init__(model, readings, self.memory, f"estimated_state{suffix}")
         self.limited = nested(self.memory.limits, limits.memory.limited)
         self._acts = self.memory.limits.start + limits.memory.acts
-        law = motion.orientation_law
+        self.acts = slice(self._acts, self._acts + 1)
+        self.orientation_law = law = motion.orientation_law
         self.limits = limits
         self._constants = *self.chain, model.actuation_order, *motion.gains, *limits.arguments
         self._law: Callable[..., int] = arm_torque(law)
@@ -229,8 +234,7 @@ class InnerLoop(ReadArm):
         if self._remedies is not None:
             self._remedy(memory, signals, now)
         elif passed := signals.compare(memory, self.memory.peak):
-            saturated = self._saturation.which(passed)
-            self._saturation.report(saturated, signals.u, now.system + self._label, now.time)
+            self.warn(passed, signals, now)
         if self._null_space.watch is not None:
             self._null_space.check_gain(
                 memory[self.memory.posture],
@@ -239,6 +243,11 @@ class InnerLoop(ReadArm):
                 now.system + self._label,
                 now.time,
             )
+
+    def warn(self, passed: int, signals: ArmSignals, now: Now) -> None:
+        """Warns of joints that saturate; `passed` is what `peak_effort` returns."""
+        saturated = self._saturation.which(passed)
+        self._saturation.report(saturated, signals.u, now.system + self._label, now.time)
 
     def _remedy(self, memory: Array, signals: ArmSignals, now: Now) -> None:
         """Finds what remedies add in the step that begins."""

@@ -34,6 +34,7 @@ class ReadingSignals:
     Attributes:
         state: of the joints (2n,).
         held: the reading and the count behind it (2n + 1,).
+        arguments: what the law keeps.
         law: moves the reading on by a period.
     """
 
@@ -47,9 +48,8 @@ class ReadingSignals:
     ):
         self.state, self.held = _array(2 * n, state), _array(2 * n + 1, held)
         self._is_in_place = held is not None
-        self.law: Callable[[float], bool] = bound(
-            next_reading, differenced, turns, self.state, self.held, self.held
-        )
+        self.arguments = differenced, turns, self.state, self.held, self.held
+        self.law: Callable[[float], bool] = bound(next_reading, *self.arguments)
 
     def take(self, state: Array, memory: Array, place: slice, period: float) -> bool:
         """Moves a reading on by a period, with its count (2n + 1,) at a place of a memory.
@@ -82,6 +82,7 @@ class ImpedanceSignals:
         wrench: at the end effector (6,).
         motion: of C (19,).
         rate: of C's state (13,).
+        arguments: what the law takes.
         law: writes `motion` and `rate`.
     """
 
@@ -99,7 +100,8 @@ class ImpedanceSignals:
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self._given, self._gains = gains, tuple(np.array(gain) for gain in gains)
         signals = self.state, self.desired, self.wrench, *self._gains, self.motion
-        self.law = bound(impedance_step(family), *signals, self.rate)
+        self.arguments = *signals, self.rate
+        self.law = bound(impedance_step(family), *self.arguments)
 
     def take(self, desired: Array, wrench: Array, state: Array, gains: tuple[Array, ...]) -> None:
         """Takes the inputs of one evaluation; arguments as of the law."""
@@ -135,6 +137,8 @@ class ArmSignals:
         u: torques in the order of the actuators (n,).
         terms: of a redundant arm: gradient of the task function and its rate (n,), and e_n with
             `null_space_decay_bound` (n + 1,).
+        arguments: what the law takes.
+        efforts: what `peak_effort` takes.
         law: writes `u` and the last of the terms.
         motion: of E as measured (19,).
         measure: writes `motion`, see `measured_motion`.
@@ -157,11 +161,13 @@ class ArmSignals:
         sizes = (n, n, n + 1) if n > TASK_DIMENSION else ()
         self.terms: tuple[Array, ...] = tuple(np.zeros(size) for size in sizes)
         signals = self.reading, self.reference, self.wrench, self.u, *self.terms
-        self.law = bound(law, *constants, *signals)
+        self.arguments = *constants, *signals
+        self.law = bound(law, *self.arguments)
         self.motion = np.zeros(FRAME_MOTION_SIZE)
         self.measure = bound(measured_motion, *constants[:3], self.reading, self.motion)
         self._peak = _array(n, peak)
-        self._compare = bound(peak_effort, self.u, efforts, self._peak)
+        self.efforts = self.u, efforts, self._peak
+        self._compare = bound(peak_effort, *self.efforts)
 
     def take(self, memory: Array, place: slice) -> None:
         """Takes the reading at a place of a memory."""

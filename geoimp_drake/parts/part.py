@@ -268,8 +268,19 @@ class Stays(Protocol):
 
     def stay(
         self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
-    ) -> tuple[Any, Any]:
-        """Returns a workspace, and where to write what is found; `rate` is the state's."""
+    ) -> tuple[Any, Any, Callable[[Now, Mapping[str, Array], float], bool] | None]:
+        """Returns a workspace, where to write what is found, and what does a tick in one call.
+
+        That is None, or takes a `Now`, the targets of the tick and the time since the last one. It
+        samples, integrates and begins as the part does, and finds; or it returns False and has
+        changed nothing.
+
+        Args:
+            memory: of the part, as all that follows.
+            inputs: by name.
+            state: continuous state.
+            rate: where its derivative is written.
+        """
 
 
 @runtime_checkable

@@ -112,6 +112,8 @@ class PartLoop:
         self.state[self._time] = now.time = self.state.item(self._time) + elapsed
         self._take_in(readings)
         now.moved()
+        if elapsed <= self._longest and now.ticks(targets, elapsed):
+            return
         for take in self._takes:
             take(self._memory, now)
         if self._is_flowing:
@@ -199,8 +201,9 @@ class _Tick(dict[str, Array]):
         self.given: set[str] = set()
         self.workspace = part.new_workspace() if isinstance(part, Works) else None
         self._found = part.new_found() if isinstance(part, Finds) else None
+        self._tick: Any = None
         if isinstance(part, Stays):
-            self.workspace, self._found = part.stay(memory, values, state, rate)
+            self.workspace, self._found, self._tick = part.stay(memory, values, state, rate)
         self._is_found = False
         self._writes = {output.name: output.write for output in part.outputs}
         self._outputs = {output.name: np.zeros(output.size) for output in part.outputs}
@@ -210,6 +213,11 @@ class _Tick(dict[str, Array]):
         """Forgets what followed from inputs, memory and time."""
         self._is_found = False
         self._written.clear()
+
+    def ticks(self, targets: Mapping[str, Array], elapsed: float) -> bool:
+        """Does a tick in one call, if the part can; returns whether it has been done."""
+        self._is_found = self._tick is not None and self._tick(self, targets, elapsed)
+        return self._is_found
 
     @property
     def found(self) -> Any:
