@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from library_tree import PYPROJECT, ROOT
+from markdown_it import MarkdownIt
 
 from geoimp_drake import cli
 from geoimp_drake.simulation import bench
@@ -62,6 +63,29 @@ def blocks(page: Path) -> list[Block]:
         found.append(Block(match[1], match[2], line, before == "python" and not between.strip()))
         end, before = match.end(), match[1]
     return [block for block in found if not block.language.startswith("{")]
+
+
+def prose(text: str) -> Iterator[str]:
+    """The paragraphs and list items of Markdown; headings, tables and fenced blocks are no prose.
+
+    Code and formulas within a line stand as one word.
+    """
+    said = {"text": str, "softbreak": lambda _: " ", "code_inline": lambda _: "Code"}
+    outside = 0
+    for token in MarkdownIt("commonmark").enable("table").parse(text):
+        if re.match("(heading|table)_", token.type):
+            outside += token.nesting
+        elif token.type == "inline" and not outside:
+            parts = (said[c.type](c.content) for c in token.children if c.type in said)
+            yield re.sub(r"\{[\w:]+\}Code", "Code", "".join(parts))
+
+
+def long_sentences(text: str, most: int = 25) -> list[str]:
+    """The sentences of Markdown with more words than `most`, each after its number of words."""
+    end = r"(?:(?<=[.!?])|(?<=[.!?][)”])) +(?=[^a-z])| · "
+    sentences = (sentence for part in prose(text) for sentence in re.split(end, part))
+    counted = ((len(re.findall(r"\S*\w\S*", sentence)), sentence) for sentence in sentences)
+    return [f"{count} words: {sentence}" for count, sentence in counted if count > most]
 
 
 def commands(page: Path, program: str) -> list[list[str]]:

@@ -7,7 +7,17 @@ import sys
 from pathlib import Path
 
 import pytest
-from documents import COMMAND_LINE, DOCS, PAGES, README, blocks, commands, execute, execute_page
+from documents import (
+    COMMAND_LINE,
+    DOCS,
+    PAGES,
+    README,
+    blocks,
+    commands,
+    execute,
+    execute_page,
+    long_sentences,
+)
 from library_tree import MODULES, ROOT
 
 from geoimp_drake import cli
@@ -114,6 +124,23 @@ def test_a_concept_begins_with_a_picture(page):
 def links(page: Path) -> set[str]:
     targets = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
     return {target.partition("#")[0] for target in targets if "://" not in target}
+
+
+# The changelog is looked up, not read.
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if p.name != "CHANGELOG.md"], ids=lambda page: page.name
+)
+def test_a_sentence_has_25_words_at_most(page):
+    assert long_sentences(page.read_text(encoding="utf-8")) == []
+
+
+def test_a_long_sentence_is_found():
+    """Code and formulas are one word; headings, tables and blocks are no prose."""
+    five = "One `a b c` ends {math}`x y` here."
+    found = ["5 words: One Code ends Code here."]
+    assert long_sentences(f"# {five}\n\nIt is (as so.) {five} `b` too.\n", most=4) == found
+    assert long_sentences(f"```sh\n{five}\n```\n\n| {five} |\n| --- |\n", most=4) == []
+    assert long_sentences("- It goes\n  on and on.", most=4) == ["5 words: It goes on and on."]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
