@@ -16,6 +16,7 @@ __all__ = ["claims", "depth", "encounter", "figures", "sweep_values"]
 
 FORCE_BOUND, MOMENT_BOUND = 50.0, 5.0  # within which mating stays [N, Nm]
 FORCE_RANGE, MOMENT_RANGE = 130.0, 10.0  # of the wrist sensor
+IN_THE_HOLE = 2e-3  # of a tip, farther than a tilt puts its edge [m]
 STEADY_FORCE = 25.0, 0.4  # 15 to 35 N
 
 
@@ -49,13 +50,18 @@ def claims(log: Log, scenario: LooseScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
-    """Returns what a sweep tabulates: success is a seated peg with small forces."""
+    """Returns what a sweep tabulates: success is a seated peg with small forces.
+
+    A peg that is not seated has jammed if its tip is in the hole; otherwise it has missed it.
+    """
     final = float(depth(log, scenario)[-1])
     force, moment = _peaks(log, scenario)
-    seated = _reached(log, scenario) and final >= _least_depth(scenario)
+    seated = _is_seated(log, scenario, final)
     return {
         "success": bool(seated and force <= FORCE_BOUND and moment <= MOMENT_BOUND),
         "seated": bool(seated),
+        "jammed": bool(not seated and final >= IN_THE_HOLE),
+        "time": float(log["t"][-1]),
         "final_depth": final,
         "mating_force": force,
         "mating_moment": moment,
@@ -105,6 +111,12 @@ def _values_at_rest(log: Log, scenario: LooseScenario) -> dict[str, float]:
         "spring": float(abs(spring / force - 1.0)),
         "true spring": float(abs(true_spring / true_force - 1.0)),
     }
+
+
+def _is_seated(log: Log, scenario: LooseScenario, final: float) -> bool:
+    if scenario.until is not None:
+        return final >= scenario.until.depth
+    return _reached(log, scenario) and final >= _least_depth(scenario)
 
 
 def _least_depth(scenario: LooseScenario) -> float:

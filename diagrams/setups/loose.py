@@ -8,8 +8,8 @@ one is compliant about the remote centre of compliance E, a point fixed in its h
                                                                  desired motion ─▶ compliant arm
 ```
 
-Frames: P at the peg's tip, z out of it; H at the hole's mouth, z out of it; S the hand's mounting
-face behind the wrist sensor, z forward.
+Frames: P at the peg's tip, z out of it; T where its arm's control unit takes P to be; H at the
+hole's mouth, z out of it; S the hand's mounting face behind the wrist sensor, z forward.
 """
 
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ from geoimp_drake.diagrams.scene.peg_hole import add_block, add_peg
 from geoimp_drake.diagrams.scene.rod import add_rod, mounting_face
 from geoimp_drake.diagrams.setups.arm_log import record_arm
 from geoimp_drake.diagrams.setups.compliant_arm import add_compliant_arm, sensor_joint_of
+from geoimp_drake.diagrams.setups.insertion_end import InsertionWatch
 from geoimp_drake.diagrams.setups.loose_scenario import (
     LooseScenario,
     PlannedInsertion,
@@ -52,9 +53,10 @@ __all__ = ["build_loose"]
 
 @dataclass
 class _Frames:
-    """P the peg's tip, H the hole's mouth, E the remote centre of compliance."""
+    """P the peg's tip, T where it is thought to be, H the mouth, E the remote centre."""
 
     P: Frame
+    T: Frame
     H: Frame
     E: Frame
 
@@ -95,6 +97,7 @@ def build_loose(
     if setup.is_logged:
         hand.record(setup)
         _record_peg(setup, scenario.peg_arm, servo)
+        _end_early(setup, scenario)
     _record_program(setup.recorder, motion_plan)
     wrench = hand.controller.GetOutputPort("wrench")
     setup.add_views(hand.name, "DCE", wrench, hand.controller, frames.H)
@@ -111,6 +114,17 @@ def _record_peg(setup: SetupBuilder[_Frames], arm: str, servo: IndustrialControl
     setup.recorder.record("hole/motion_H", true.motion(frames.H, "motion_of_H"))
 
 
+def _end_early(setup: SetupBuilder[_Frames], scenario: LooseScenario) -> None:
+    """Has the run end with the insertion, if it is to; looks at what is logged."""
+    if scenario.until is None:
+        return
+    watch = InsertionWatch(scenario.until, scenario.log_period)
+    system = setup.builder.AddNamedSystem("insertion_watch", watch)
+    keys = (f"{scenario.peg_arm}/motion_E", "hole/motion_H", f"{scenario.compliant}/wrench_true")
+    for k, key in enumerate(keys):
+        setup.builder.Connect(setup.recorder.port(key), system.get_input_port(k))
+
+
 def _record_program(recorder: Recorder, motion_plan: MotionPlan) -> None:
     """Puts the moves and their times into the log."""
     moves = motion_plan.segments
@@ -125,15 +139,18 @@ def _add_models(plant: MultibodyPlant, scenario: LooseScenario) -> _Frames:
     add_rod(plant, scenario.peg_arm, scenario.tip - parts.peg_length, forward)
     add_rod(plant, scenario.compliant, scenario.mouth - parts.block_length, forward)
     hand = mounting_face(plant, scenario.compliant)
-    X_SP = RigidTransform([0.0, 0.0, scenario.tip])
-    peg = add_peg(plant, mounting_face(plant, scenario.peg_arm), X_SP, parts)
+    gripper, X_ST = mounting_face(plant, scenario.peg_arm), RigidTransform([0, 0, scenario.tip])
+    peg = add_peg(plant, gripper, X_ST @ scenario.grasp.pose(), parts)
+    T = peg.body_frame()
+    if not scenario.grasp.is_none():
+        T = plant.AddFrame(FixedOffsetFrame("taught_tip", gripper, X_ST))
     block = add_block(plant, hand, scenario.pose_of_mouth(), parts)
     E = plant.AddFrame(
         FixedOffsetFrame("remote_centre", hand, RigidTransform(scenario.remote_centre))
     )
     add_friction(plant, scenario.world)
     plant.Finalize()
-    return _Frames(peg.body_frame(), block.body_frame(), E)
+    return _Frames(peg.body_frame(), T, block.body_frame(), E)
 
 
 def _hold_still(plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario) -> RigidTransform:
@@ -166,7 +183,7 @@ def _plan(
         {**taught_values(role.taught), **poses},
         {**constants, **scenario.program.constants},
     )
-    motion_plan = plan(plant, arm, frames.P, program, np.array(role.start), scenario.speeds)
+    motion_plan = plan(plant, arm, frames.T, program, np.array(role.start), scenario.speeds)
     plant.SetDefaultPositions(arm, role.start)
     _check_outside(plant, frames, X_WH)
     return motion_plan
@@ -203,7 +220,7 @@ def _add_servo(
     builder, plant, frames = setup.builder, setup.plant, setup.models
     arm = plant.GetModelInstanceByName(scenario.peg_arm)
     servo = builder.AddSystem(
-        make_industrial_controller(plant, arm, frames.P, motion_plan.trajectory, scenario.servo)
+        make_industrial_controller(plant, arm, frames.T, motion_plan.trajectory, scenario.servo)
     )
     setup.true_plant.connect_readings(arm, servo.GetInputPort("estimated_state"))
     setup.true_plant.connect_torques(servo.GetOutputPort("actuation"), arm)

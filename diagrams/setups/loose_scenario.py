@@ -4,15 +4,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 
 from geoimp_drake.diagrams.scene.cell import SEVEN, SIX
 from geoimp_drake.diagrams.scene.peg_hole_config import PegHoleConfig
+from geoimp_drake.diagrams.setups.insertion_end import InsertionEnd
 from geoimp_drake.diagrams.setups.posture import StartConfig
 from geoimp_drake.diagrams.setups.run_settings import CompliantArmSettings
 from geoimp_drake.models.robot_data import TOOL
 from geoimp_drake.motion_program.plan import PlanConfig
 from geoimp_drake.motion_program.taught import TaughtVariable, taught_values
+from geoimp_drake.rotations import euler
 from geoimp_drake.systems.arm.industrial_controller import IndustrialControllerConfig
 from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 from geoimp_drake.typing import Array
@@ -22,6 +24,7 @@ __all__ = [
     "PLANS",
     "ArmRoles",
     "LooseScenario",
+    "PegGrasp",
     "PlannedInsertion",
     "ProgramSettings",
     "TaughtPose",
@@ -43,6 +46,29 @@ class PlannedInsertion:
         positive(self.path, key(name, "path"), "m")
         finite_vector(self.rotation_deg, key(name, "rotation_deg"), 3)
         finite_vector(self.offset, key(name, "offset"), 3)
+
+
+@dataclass
+class PegGrasp:
+    """How the peg sits in its hand, other than its program and its arm's control unit know."""
+
+    rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # about the tip's own axes
+    offset: Array = field(default_factory=lambda: np.zeros(3))  # of the tip, in the hand [m]
+
+    def validate(self, name: str) -> None:
+        """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
+        finite_vector(self.rotation_deg, key(name, "rotation_deg"), 3)
+        finite_vector(self.offset, key(name, "offset"), 3)
+
+    def is_none(self) -> bool:
+        """Returns whether the peg sits as it is thought to."""
+        return not (np.any(self.rotation_deg) or np.any(self.offset))
+
+    def pose(self) -> RigidTransform:
+        """Returns X_TP, of the peg in the tool that is thought to be there."""
+        return RigidTransform(
+            RotationMatrix(euler.to_rotation(np.deg2rad(self.rotation_deg))), self.offset
+        )
 
 
 @dataclass
@@ -97,10 +123,12 @@ class LooseScenario(CompliantArmSettings):
         default_factory=lambda: PlannedInsertion(0.09, np.array([2.0, 0.0, 2.0]))
     )
     hold: float = 5.0  # after the end of the program [s]
+    until: InsertionEnd | None = None  # ends the run before that
     program: ProgramSettings = field(default_factory=ProgramSettings)
     speeds: PlanConfig = field(default_factory=PlanConfig)  # of the program at 100 per cent
     servo: IndustrialControllerConfig = field(default_factory=IndustrialControllerConfig)
     peg_hole: PegHoleConfig = field(default_factory=PegHoleConfig)
+    grasp: PegGrasp = field(default_factory=PegGrasp)
     tip: float = 0.155  # of the peg, from S along its z axis [m]
     mouth: float = 0.165  # of the hole, from S along its z axis [m]
     # E in S [m]: where the compliant hand is to turn about.

@@ -24,10 +24,16 @@ from geoimp_drake.scenario.loading import dump_scenario, list_index, plain_data
 from geoimp_drake.simulation.style import figure_contents, figure_files
 from geoimp_drake.validation import choice, quoted
 
-__all__ = ["SweepResult", "format_sweep", "run_sweep"]
+__all__ = ["SWEEP_FILES", "SweepResult", "format_sweep", "run_sweep"]
 
 TABLE, JOURNAL, SCENARIO = "samples.csv", "journal.jsonl", "scenario.yaml"
-_FILES = (TABLE, JOURNAL, SCENARIO, "plan.yaml", *figure_files("success_map", "peak_forces"))
+SWEEP_FILES = (
+    TABLE,
+    JOURNAL,
+    SCENARIO,
+    "plan.yaml",
+    *figure_files("success_map", "peak_forces"),
+)
 
 
 @dataclass
@@ -76,7 +82,7 @@ def run_sweep(
             written.
     """
     plan.validate()
-    check_folder(out, _FILES)
+    check_folder(out, SWEEP_FILES)
     map_keys = _map_keys(plan, map_keys)
     data = plain_data(scenario)
     _check_values(experiment, data, plan)
@@ -132,7 +138,12 @@ def _map_keys(plan: SweepPlan, keys: Sequence[str]) -> Sequence[str]:
 
 
 def _check_values(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> None:
-    """Raises ConfigurationError if a varied key is not one of the scenario's numbers."""
+    """Raises ConfigurationError if a variant, or a varied key's number, cannot be used."""
+    for name, settings in plan.variants.items():
+        try:
+            experiment.scenario((data,), settings)
+        except GeoimpError as error:
+            raise ConfigurationError(f"variant {quoted(name)}: {error}") from None
     first = plan.draw(0).parameters
     for key, distribution in plan.vary.items():
         value = _value_at(data, key)
@@ -173,6 +184,7 @@ def _row(draw: Draw, finished: Finished) -> dict[str, Any]:
     return {
         "index": draw.index,
         "seed": draw.seed,
+        **({"variant": draw.variant} if draw.variant is not None else {}),
         **draw.parameters,
         "success": result.get("success", False),
         "peak_force": result.get("peak_force"),

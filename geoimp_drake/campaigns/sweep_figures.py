@@ -5,14 +5,17 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.typing import Array
 
-__all__ = ["peaks_figure", "success_map"]
+__all__ = ["draw_samples", "peaks_figure", "success_map"]
 
 Rows = Sequence[Mapping[str, Any]]
+
+_MARK, _FEW = 42.0, 100  # area of a mark, of up to so many samples
 
 # Colour-blind-safe, and told apart by their shapes too.
 _OUTCOMES: dict[str, dict[str, Any]] = {
@@ -39,18 +42,33 @@ def success_map(rows: Rows, keys: Sequence[str], title: str) -> Figure:
     with figure_style():
         figure = Figure(figsize=(6.4, 4.8))
         axes = figure.subplots()
-        _draw_rates(figure, axes, rows, x, y)
-        for name, style in _OUTCOMES.items():
-            chosen = [row for row in rows if _outcome(row) == name]
-            if chosen:
-                axes.scatter(
-                    _column(chosen, x), _column(chosen, y), label=name, s=42, clip_on=False, **style
-                )
+        mesh = draw_samples(axes, rows, keys)
+        figure.colorbar(mesh, ax=axes, label="success rate in the cell")
         axes.set_xlabel(x)
         axes.set_ylabel(y)
         axes.set_title(f"{title}: {_rate(rows)}")
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
     return figure
+
+
+def draw_samples(axes: Axes, rows: Rows, keys: Sequence[str]) -> QuadMesh:
+    """Draws the same into axes, smaller marks for more samples; returns the cells.
+
+    Args:
+        axes: to draw into.
+        rows: of the sweep's table, not empty.
+        keys: the columns along x and along y.
+    """
+    x, y = keys
+    mesh = _draw_rates(axes, rows, x, y)
+    size = min(_MARK, _MARK * _FEW / len(rows))
+    for name, style in _OUTCOMES.items():
+        chosen = [row for row in rows if _outcome(row) == name]
+        if chosen:
+            axes.scatter(
+                _column(chosen, x), _column(chosen, y), label=name, s=size, clip_on=False, **style
+            )
+    return mesh
 
 
 def peaks_figure(rows: Rows, title: str) -> Figure:
@@ -71,15 +89,14 @@ def peaks_figure(rows: Rows, title: str) -> Figure:
     return figure
 
 
-def _draw_rates(figure: Figure, axes: Axes, rows: Rows, x: str, y: str) -> None:
+def _draw_rates(axes: Axes, rows: Rows, x: str, y: str) -> QuadMesh:
     """Fills cells with the share of their samples that succeed; about four samples a cell."""
     size = max(1, round(np.sqrt(len(rows) / 4)))
     values, success = (_column(rows, x), _column(rows, y)), _column(rows, "success")
     counts, x_edges, y_edges = np.histogram2d(*values, bins=size)
     wins, _, _ = np.histogram2d(*values, bins=(x_edges, y_edges), weights=success)
     rates = np.divide(wins, counts, out=np.full_like(counts, np.nan), where=counts > 0)
-    mesh = axes.pcolormesh(x_edges, y_edges, rates.T, cmap="cividis", vmin=0, vmax=1, alpha=0.45)
-    figure.colorbar(mesh, ax=axes, label="success rate in the cell")
+    return axes.pcolormesh(x_edges, y_edges, rates.T, cmap="cividis", vmin=0, vmax=1, alpha=0.45)
 
 
 def _draw_histogram(axes: Axes, rows: Rows, column: str) -> None:

@@ -16,6 +16,7 @@ __all__ = ["Distribution", "Draw", "SweepPlan", "setting"]
 
 _MOST_SAMPLES = 100_000
 
+_KEYS = ("vary", "samples", "seed", "variants")
 _PARAMETERS = {"uniform": ("low", "high"), "normal": ("mean", "standard deviation")}
 
 
@@ -74,16 +75,20 @@ class Draw:
         index: of the sample.
         seed: of its scenario.
         parameters: value of each varied key.
+        variant: its name; None if the plan has none.
+        settings: of the variant.
     """
 
     index: int
     seed: int
     parameters: dict[str, float]
+    variant: str | None = None
+    settings: tuple[str, ...] = ()
 
     def overrides(self) -> tuple[str, ...]:
         """Returns the settings that make the sample's scenario from the sweep's."""
         own = (setting(key, value) for key, value in self.parameters.items())
-        return (f"seed={self.seed}", *own)
+        return (f"seed={self.seed}", *self.settings, *own)
 
 
 @dataclass(frozen=True)
@@ -92,13 +97,16 @@ class SweepPlan:
 
     Attributes:
         vary: distribution of each varied key, by the scenario's own paths.
-        samples: how many.
+        samples: how many, of all variants together.
         seed: of the draws.
+        variants: settings by name. Each draw is made once and taken by every variant in turn, so
+            that they are compared on the same work.
     """
 
     vary: dict[str, Distribution] = field(default_factory=dict)
     samples: int = 64
     seed: int = 0
+    variants: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @staticmethod
     def read(
@@ -111,7 +119,7 @@ class SweepPlan:
 
         Args:
             file: with `vary: {key.path: {uniform: [low, high]} | {normal: [mean, deviation]}}`,
-                and, if need be, `samples` and `seed`.
+                and, if need be, `samples`, `seed` and `variants: {name: [key.path=value, …]}`.
             ranges: `key.path=LOW:HIGH` each, uniform.
             samples: how many.
             seed: of the draws.
@@ -120,12 +128,13 @@ class SweepPlan:
             ConfigurationError: something in them cannot be used; the message names it.
         """
         data = read_yaml(file) if file else {}
-        for key in data.keys() - {"vary", "samples", "seed"}:
-            raise unknown_name(str(key), f"key in {file}", ("vary", "samples", "seed"))
+        for key in data.keys() - set(_KEYS):
+            raise unknown_name(str(key), f"key in {file}", _KEYS)
         plan = SweepPlan(
             _distributions(data.get("vary", {})) | _ranges(ranges),
             data.get("samples", SweepPlan.samples) if samples is None else samples,
             data.get("seed", SweepPlan.seed) if seed is None else seed,
+            _variants(data.get("variants", {})),
         )
         plan.validate()
         return plan
@@ -140,20 +149,24 @@ class SweepPlan:
             distribution.validate(key)
 
     def draw(self, index: int) -> Draw:
-        """Returns one sample; it depends on the seed, the distributions and the index alone.
+        """Returns one sample; it depends on the seed, distributions, variants and index alone.
 
         The keys are drawn in the alphabet's order, so that theirs in the plan does not matter.
         """
-        sequence = np.random.SeedSequence(self.seed, spawn_key=(index,))
+        case, turn = divmod(index, len(self.variants) or 1)
+        name, settings = [*self.variants.items(), (None, ())][turn]
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(case,))
         generator = np.random.default_rng(sequence)
         seed = int(generator.integers(2**31))
         drawn = {key: self.vary[key].draw(generator) for key in sorted(self.vary)}
-        return Draw(index, seed, {key: drawn[key] for key in self.vary})
+        return Draw(index, seed, {key: drawn[key] for key in self.vary}, name, settings)
 
     def as_data(self) -> dict[str, Any]:
         """Returns the plan as its YAML file has it."""
         vary = {key: distribution.as_data() for key, distribution in self.vary.items()}
-        return {"vary": vary, "samples": self.samples, "seed": self.seed}
+        variants = {name: list(settings) for name, settings in self.variants.items()}
+        plan = {"vary": vary, "samples": self.samples, "seed": self.seed}
+        return {**plan, "variants": variants} if variants else plan
 
 
 def setting(key: str, value: float) -> str:
@@ -177,6 +190,20 @@ def _ranges(texts: Sequence[str]) -> dict[str, Distribution]:
             raise ConfigurationError(f"{key} is varied twice; give --vary {key}=LOW:HIGH once.")
         found[key] = distribution
     return found
+
+
+def _variants(data: Any) -> dict[str, tuple[str, ...]]:
+    """Returns the variants of a plan's YAML."""
+    fits = isinstance(data, Mapping) and all(
+        isinstance(settings, list) and all(isinstance(text, str) for text in settings)
+        for settings in data.values()
+    )
+    if not fits:
+        raise ConfigurationError(
+            f"variants must be a mapping of names to lists of settings key.path=value, not "
+            f"{quoted(data)}."
+        )
+    return {str(name): tuple(settings) for name, settings in data.items()}
 
 
 def _distributions(data: Any) -> dict[str, Distribution]:

@@ -7,7 +7,12 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.analysis import (
+    ApplySimulatorConfig,
+    Simulator,
+    SimulatorConfig,
+    SimulatorStatus,
+)
 from pydrake.systems.framework import Context, Diagram
 from tqdm import tqdm
 
@@ -21,6 +26,8 @@ _log = logging.getLogger("drake")
 # The simulation advances in chunks of this length [s], bar or no bar, so that both give the same
 # result to the bit.
 _CHUNK = 0.1
+
+_TERMINATED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ def simulate(
     Args:
         diagram: what is simulated.
         config: Drake's integrator and real-time settings.
-        duration: time to reach [s].
+        duration: time to reach [s], unless a system of the diagram ends the simulation before.
         label: stands before the progress bar, which is shown on a terminal only.
         real_time: do not run faster than real time.
         events: what happens on the way; the simulation stops at each for it.
@@ -97,13 +104,15 @@ def simulate(
                     event.apply(simulator.get_mutable_context())
             simulator.Initialize()
             for end in _stops(duration, events):
-                simulator.AdvanceTo(end)
+                status = simulator.AdvanceTo(end)
                 bar.update(simulator.get_context().get_time() - bar.n)
                 if wait is not None and wait():
                     simulator.ResetStatistics()  # so that lost real time is not made up for
                 for event in events:
                     if event.time == end:
                         event.apply(simulator.get_mutable_context())
+                if status.reason() == _TERMINATED:
+                    break
     except (RuntimeError, ValueError) as error:
         outcome.failure = error
         if outcome.time > 0.0:

@@ -292,6 +292,8 @@ BAD_PLANS = {
     "vary: {start.tilt_deg: {normal: [1, -2]}}": "standard deviation of start.tilt_deg is -2",
     "samples: 1.5": "samples is 1.5; give a whole number",
     "vary: {start.tilt_deg: {normal: [0, 1e300]}}": "deviation of start.tilt_deg is 1e.300",
+    "variants: [soft]": "variants must be a mapping of names to lists",
+    "variants: {soft: seed=1}": "variants must be a mapping of names to lists",
     "samples: 5\nvary: {}\nsamples: 6": "line 3: 'samples' is in line 1 already",
 }
 
@@ -313,6 +315,45 @@ def test_a_draw_depends_on_seed_and_index_alone():
     assert [plan.draw(index) for index in range(4)] == backwards[::-1]
     assert plan.draw(0).parameters != plan.draw(1).parameters
     assert SweepPlan(plan.vary, 4, seed=8).draw(0).parameters != plan.draw(0).parameters
+
+
+def test_every_variant_gets_the_same_draws():
+    variants = {"soft": ("a=1",), "stiff": ("a=2", "b=3")}
+    plan = SweepPlan({"a": UNIFORM}, samples=6, seed=7, variants=variants)
+    alone = SweepPlan({"a": UNIFORM}, samples=3, seed=7)
+    draws = [plan.draw(index) for index in range(6)]
+    assert [draw.variant for draw in draws] == 3 * ["soft", "stiff"]
+    for case in range(3):
+        soft, stiff = draws[2 * case : 2 * case + 2]
+        one = alone.draw(case)
+        assert (soft.seed, soft.parameters) == (stiff.seed, stiff.parameters)
+        assert (soft.seed, soft.parameters) == (one.seed, one.parameters)
+        assert one.variant is None
+    assert draws[1].overrides()[1:3] == variants["stiff"]
+    assert "variants" not in alone.as_data()
+
+
+def test_a_variant_is_a_column_and_its_settings_are_in_what_repeats_a_row(cluster, out, tmp_path):
+    plan = {
+        "vary": {"start.tilt_deg": {"uniform": [0.0, 15.0]}},
+        "variants": {"as it is": [], "blocks": ["form=blocks"]},
+        "samples": 3,
+    }
+    (tmp_path / "plan.yaml").write_text(yaml.safe_dump(plan))
+    there = ("--scheduler", cluster.scheduler_address, "--out", out)
+    short = ("sweep", "plexiglas", "--duration", "0.01", "--plan", tmp_path / "plan.yaml")
+    assert run(*short, *there) == 0
+    rows = rows_of(out)
+    assert [row["variant"] for row in rows] == ["as it is", "blocks", "as it is"]
+    assert ["--set form=blocks" in row["arguments"] for row in rows] == [False, True, False]
+
+
+def test_a_variant_that_cannot_be_used_is_named(out, tmp_path, capsys):
+    plan = {"vary": {"start.tilt_deg": {"uniform": [0, 1]}}, "variants": {"odd": ["form=bricks"]}}
+    (tmp_path / "plan.yaml").write_text(yaml.safe_dump(plan))
+    assert run("sweep", "plexiglas", "--plan", tmp_path / "plan.yaml", "--out", out) == 2
+    assert "variant 'odd': Unknown form 'bricks'" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_draws_are_distributed_as_they_should_be():

@@ -26,6 +26,7 @@ from geoimp_drake.controllers.cooperative_controller import make_cooperative_con
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.diagrams.scene.colliding_body import ContactForce
+from geoimp_drake.diagrams.setups.insertion_end import InsertionEnd, InsertionWatch
 from geoimp_drake.diagrams.setups.joint_errors import VectorFunction
 from geoimp_drake.models import package_map
 from geoimp_drake.parts import remedies as remedies_part
@@ -164,6 +165,7 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
     PushButton: (lambda: PushButton(Meshcat(), six_joint_plant()[2]), 0),
     SmoothTarget: (lambda: SmoothTarget(RigidTransform()), 0),
+    InsertionWatch: (lambda: InsertionWatch(InsertionEnd(), 0.01), 0),
     VectorFunction: (lambda: VectorFunction(np.sin, 3), 3),
     StiffnessSliders: (lambda: StiffnessSliders(Meshcat()), 0),
     FrameTriads: (lambda: FrameTriads(Meshcat(), ("NAME",)), 0),
