@@ -21,6 +21,8 @@ from geoimp_drake.typing import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from geoimp_drake.campaigns.table import Table
+
 __all__ = ["CHAPTER_FAMILIES", "COMPARISONS", "Comparison", "Runs"]
 
 CHAPTER_FAMILIES = ("quaternion", "classical-euler", "alternative-euler")
@@ -37,11 +39,13 @@ class Comparison:
         curves: title, label of the axis with its unit, and values (N) of each panel, of one run.
         claims: across families, from log and scenario by family.
         figure: of all runs, in the place of `curves`, where those are not over time.
+        tables: of all runs.
     """
 
     curves: Callable[[Log, Any], list[Curve]] | None
     claims: Callable[[Runs], list[Claim]]
     figure: "Callable[[Runs], Figure] | None" = None
+    tables: "Callable[[Runs], list[Table]]" = lambda runs: []
 
 
 def _wrench_curves(log: Log, scenario: Any) -> list[Curve]:

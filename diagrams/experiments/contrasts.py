@@ -129,7 +129,12 @@ CONTRASTS = {
     "redundancy": Comparison(_null_space_curves, _null_space_claims),
     "peg_in_hole": Comparison(_mating_curves, _mating_claims),
     "bar": Comparison(_squeeze_curves, _squeeze_claims),
-    "disturbance": Comparison(None, disturbance.claims_across, disturbance.figure_across),
+    "disturbance": Comparison(
+        None,
+        disturbance.claims_across,
+        disturbance.figure_across,
+        disturbance.tables_across,
+    ),
     "limits": Comparison(None, limits.claims_across, limits.figure_across),
     "collision": Comparison(None, collision.claims_across, collision.figure_across),
 }

@@ -3,6 +3,7 @@
 import importlib.util
 import logging
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from geoimp_drake.diagrams.experiments.simulators import SIMULATORS
 from geoimp_drake.diagrams.experiments.worlds import WorldsSection
 from geoimp_drake.scenario.loading import read_yaml
 
-__all__ = ["sections", "studies"]
+__all__ = ["get_study", "sections", "studies"]
 
 _log = logging.getLogger("drake")
 
@@ -25,7 +26,6 @@ def studies() -> tuple[Study, ...]:
 
     These are left out, with a word in Drake's log, where the second is not installed.
     """
-    data = read_yaml(Path(__file__).with_suffix(".yaml"))
     names = list(EXPERIMENTS)
     if importlib.util.find_spec("mujoco") is not None:
         names += [f"{name}_two_simulators" for name in SIMULATORS]
@@ -33,7 +33,7 @@ def studies() -> tuple[Study, ...]:
         _log.info(
             "MuJoCo is not there to be compared with Drake: pip install 'geoimp-drake[mujoco]'."
         )
-    return tuple(_study(name, data[name]) for name in names)
+    return tuple(map(get_study, names))
 
 
 def sections() -> tuple[Section, ...]:
@@ -41,7 +41,9 @@ def sections() -> tuple[Section, ...]:
     return (WorldsSection(),)
 
 
-def _study(name: str, data: Mapping[str, Any]) -> Study:
+def get_study(name: str) -> Study:
+    """Returns one of them, by the name of its folder."""
+    data = _data()[name]
     variants = tuple(_variants(data))
     comparison, experiment = data["comparison"], data.get("experiment")
     own = CONTRASTS.get(name) or COMPARISONS.get(name)
@@ -55,6 +57,11 @@ def _study(name: str, data: Mapping[str, Any]) -> Study:
         text=comparison["text"],
         cost=data["cost"],
     )
+
+
+@cache
+def _data() -> dict[str, Any]:
+    return read_yaml(Path(__file__).with_suffix(".yaml"))
 
 
 def _variants(data: Mapping[str, Any]) -> Iterator[Variant]:

@@ -5,6 +5,7 @@ URDF has no words for, come from the plant. What is only seen is left out.
 """
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from pydrake.multibody.tree import Frame, ModelInstanceIndex, WeldJoint
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.models import model_path
 
-__all__ = ["END_EFFECTOR_SITE", "cell_spec", "load_mujoco", "scoped"]
+__all__ = ["END_EFFECTOR_SITE", "arm_spec", "cell_spec", "load_mujoco", "scoped"]
 
 # Of each of the cell's model instances the file that it is read from.
 _FILES = {"": "six_joint_arm", "_sensor": "wrist_sensor", "_tool": "stick_and_disk"}
@@ -70,6 +71,24 @@ def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint
     return spec
 
 
+def arm_spec(file: str, E: Frame) -> Any:
+    """Returns an arm alone, fixed to the world, as an MjSpec with the site `END_EFFECTOR_SITE`.
+
+    Names are those of its file.
+
+    Args:
+        file: name of its model.
+        E: the end effector, on one of its links in a finalized plant.
+    """
+    spec = load_mujoco().MjSpec.from_string(_without_looks(file))
+    plant, arm = E.GetParentPlant(), E.body().model_instance()
+    _add_rotors(spec, plant, arm, lambda joint: joint.name())
+    spec.body(E.body().name()).add_site(
+        name=END_EFFECTOR_SITE, **_pose(E.GetFixedPoseInBodyFrame())
+    )
+    return spec
+
+
 def scoped(body: Any) -> str:
     """Returns the name in MuJoCo of one of the plant's bodies, joints or actuators."""
     plant = body.GetParentPlant()
@@ -112,9 +131,14 @@ def _weld_of(plant: MultibodyPlant, instance: ModelInstanceIndex) -> WeldJoint:
     )
 
 
-def _add_rotors(spec: Any, plant: MultibodyPlant, arm: ModelInstanceIndex) -> None:
+def _add_rotors(
+    spec: Any,
+    plant: MultibodyPlant,
+    arm: ModelInstanceIndex,
+    name_of: Callable[[Any], str] = scoped,
+) -> None:
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm)):
-        joint = spec.joint(scoped(actuator.joint()))
+        joint = spec.joint(name_of(actuator.joint()))
         joint.armature = actuator.default_reflected_inertia()
 
 

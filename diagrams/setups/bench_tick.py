@@ -1,6 +1,7 @@
 """What a tick costs on a robot: the controller called by hand, beside others."""
 
 import json
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.controllers.cooperative_control_loop import CooperativeControlLoop
 from geoimp_drake.diagrams.setups.pinocchio_tick import PinocchioTick
+from geoimp_drake.diagrams.setups.robosuite_tick import RobosuiteTick
 from geoimp_drake.models import model_path
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.simulation.garbage import only_new_garbage
@@ -37,7 +39,11 @@ _COLUMNS = {
     "drake": "Drake ID",
     "terms": "pin. terms",
     "numpy": "pin. + NumPy",
+    "osc": "robosuite OSC",
+    "robosuite": "OSC + MuJoCo",
 }
+
+_log = logging.getLogger("drake")
 
 
 @dataclass(frozen=True)
@@ -47,9 +53,10 @@ class TickTiming:
     Attributes:
         name: of the case.
         micro: of `loop` (the whole tick of ControlLoop), `drake` (its InverseDynamics alone),
-            `terms` (pinocchio's, alone) and `numpy` (the whole tick with these, in NumPy), by
+            `terms` (pinocchio's, alone), `numpy` (the whole tick with these, in NumPy), `osc`
+            (robosuite's controller alone) and `robosuite` (with MuJoCo's terms and a new goal), by
             round; what cannot be timed is left out.
-        difference: between the torques of the first and of the last one [Nm], None without it.
+        difference: between the torques of `loop` and of `numpy` [Nm], None without it.
     """
 
     name: str
@@ -66,6 +73,8 @@ class TickTiming:
 
 def run_tick_bench() -> tuple[str, str]:
     """Times ticks for six and seven joints, and for two arms; returns a table, and JSON."""
+    if RobosuiteTick.missing():
+        _log.info(RobosuiteTick.missing())
     timings = [_of_one_arm(name, model) for name, model in _MODELS.items()]
     timings.append(TickTiming("two arms", time_ticks({"loop": _two_arms()})))
     data = {
@@ -139,6 +148,11 @@ def _of_one_arm(name: str, model: str) -> TickTiming:
         difference = _difference(loop, pinocchio, (q, v, _PUSH, D))
         ticks["terms"] = lambda: pinocchio.terms(q, v)
         ticks["numpy"] = lambda: pinocchio.step(q, v, _PUSH, D)
+    if not RobosuiteTick.missing():
+        robosuite = RobosuiteTick(model, E, loop.model.joint_names)
+        robosuite.reset(q, v, D)
+        ticks["osc"] = robosuite.controller
+        ticks["robosuite"] = lambda: robosuite.step(q, v)
     loop.reset(q, v, _PUSH, D)
     return TickTiming(name, time_ticks(ticks), difference)
 

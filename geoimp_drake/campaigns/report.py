@@ -1,5 +1,6 @@
 """The page about a reproduction: opens from its folder, without a network."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from geoimp_drake.campaigns.reproduction import (
     StudyResult,
     VariantResult,
 )
+from geoimp_drake.campaigns.table import Page, Table
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.output_folder import write_file
 from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED
@@ -48,10 +50,15 @@ def check_report(label: str) -> None:
         ) from None
 
 
-def write_report(reproduction: Reproduction, folder: Path) -> None:
+def write_report(reproduction: Reproduction, folder: Path, page: Page) -> None:
     """Writes the page; figures and files are linked relative to its folder.
 
     Nothing in it depends on when or how fast things ran: the same results give the same page.
+
+    Args:
+        reproduction: its results.
+        folder: to write into.
+        page: what it has besides.
     """
     import jinja2
 
@@ -62,8 +69,8 @@ def write_report(reproduction: Reproduction, folder: Path) -> None:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    page = environment.get_template(_TEMPLATE.name).render(_contents(reproduction))
-    write_file(folder / REPORT, page)
+    contents = {**_contents(reproduction), "page": page, "page_tables": _tables(page.tables)}
+    write_file(folder / REPORT, environment.get_template(_TEMPLATE.name).render(contents))
 
 
 def _contents(reproduction: Reproduction) -> dict[str, Any]:
@@ -97,9 +104,15 @@ def _section(result: StudyResult) -> dict[str, Any]:
 
 
 def _other_section(result: SectionResult) -> dict[str, Any]:
+    figures = {result.figure: result.text} if result.figure else {}
+    figures |= result.more_figures
     matter = {
         "title": "all runs",
-        "figures": [_figure("Claims", f"{result.name}/{result.figure}", result.text)],
+        "text": "" if result.figure else result.text,
+        "figures": [
+            _figure(_number(name), f"{result.name}/{name}", text) for name, text in figures.items()
+        ],
+        "tables": _tables(result.tables),
         "links": [(file, f"{result.name}/{file}") for file in result.files],
         "claims": [_row(judged) for judged in result.judged()],
     }
@@ -131,10 +144,28 @@ def _comparison(result: StudyResult) -> dict[str, Any] | None:
     stem = f"{result.study.name}/comparison"
     return {
         "title": f"{result.study.kind} compared",
+        "text": "",
         "figures": [_figure("Comparison", stem, result.study.text)],
+        "tables": _tables(result.tables),
         "links": [("metrics", f"{stem}.json")],
         "claims": [_row(judged) for judged in result.judged_across()],
     }
+
+
+def _tables(tables: Iterable[Table]) -> list[dict[str, Any]]:
+    """Returns tables with every cell as words and where they lead, if anywhere."""
+    return [
+        {
+            "title": table.title,
+            "head": table.head,
+            "rows": [
+                [(cell, "") if isinstance(cell, str) else cell for cell in row]
+                for row in table.rows
+            ],
+            "text": table.text,
+        }
+        for table in tables
+    ]
 
 
 def _figure(title: str, stem: str, text: str) -> dict[str, str]:

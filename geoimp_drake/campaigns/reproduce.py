@@ -38,6 +38,7 @@ from geoimp_drake.campaigns.study_run import (
     is_current,
     run_study_run,
 )
+from geoimp_drake.campaigns.table import Page
 from geoimp_drake.errors import OutputError
 from geoimp_drake.output_folder import check_folder
 from geoimp_drake.scenario.loading import plain_data, read_yaml
@@ -47,8 +48,7 @@ from geoimp_drake.simulation.style import figure_files
 __all__ = ["reproduce"]
 
 JOURNAL = "journal.jsonl"
-# The journal is this command's; whether a run in it still counts is decided run by run.
-PLAN = {"command": "reproduce"}
+PAGE = Page("reproduce", "The experiments, reproduced")
 
 _log = logging.getLogger("drake")
 
@@ -61,6 +61,7 @@ def reproduce(
     duration: float | None = None,
     seed: int | None = None,
     sections: Sequence[Section] = (),
+    page: Page = PAGE,
 ) -> Reproduction:
     """Runs what `out` does not have yet, compares the variants and writes the report.
 
@@ -74,20 +75,23 @@ def reproduce(
         duration: simulated time of every run [s], in the place of the scenarios' own.
         seed: of the sensors' noise, in the place of the scenarios' own.
         sections: that are run besides.
+        page: what the report has besides results.
 
     Raises:
         ConfigurationError: an option or the folder cannot be used, or an extra is missing; nothing
             has been written.
         OutputError: the disk is full; the message says what is missing, what found room is kept.
     """
-    label = "geoimp reproduce"
+    label = f"geoimp {page.command}"
+    # The journal is the command's; whether a run in it still counts is decided run by run.
+    plan = {"command": page.command}
     check_jobs(jobs, label)
     check_report(label)
     check_folder(out, _files(studies, sections))
     given = {"duration": duration, "seed": seed}
     overrides = tuple(f"{name}={value}" for name, value in given.items() if value is not None)
     runs = _runs(studies, out.absolute(), overrides)
-    done = Journal(out / JOURNAL, PLAN, RUN_FIELDS).read()
+    done = Journal(out / JOURNAL, plan, RUN_FIELDS).read()
     missing = [
         run for key, run in runs.items() if key not in done or not is_current(run, done[key])
     ]
@@ -98,7 +102,7 @@ def reproduce(
         run_study_run,
         jobs=jobs,
         journal=out / JOURNAL,
-        plan=PLAN,
+        plan=plan,
         label=label,
         fields=RUN_FIELDS,
         is_current=lambda key, ended: key in runs and is_current(runs[key], ended),
@@ -107,7 +111,7 @@ def reproduce(
         results = tuple(_result(study, out, finished) for study in studies)
         made = tuple(section.run(out / section.name, jobs, overrides) for section in sections)
         reproduction = Reproduction(results, duration, made)
-        write_report(reproduction, out)
+        write_report(reproduction, out, page)
     except OutputError as error:
         without = [key for key, ended in finished.items() if ended.result is None]
         raise OutputError(
@@ -183,7 +187,8 @@ def _result(study: Study, out: Path, finished: dict[str, Finished]) -> StudyResu
     claims, files = compare_runs(
         study.name, study.comparison, compared, out / study.name, study.kind
     )
-    return StudyResult(study, variants, tuple(claims), tuple(files))
+    tables = study.comparison.tables(compared)
+    return StudyResult(study, variants, tuple(claims), tuple(files), tuple(tables))
 
 
 def _saved(study: Study, folder: Path) -> tuple[dict[str, Any], Any]:

@@ -1,14 +1,15 @@
-"""What a reproduction has left: runs, comparisons, and the verdict on every claim."""
+"""What a reproduction has left: runs, comparisons, tables, and the verdict on every claim."""
 
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.study import Study, Variant
+from geoimp_drake.campaigns.table import Table
 from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED, Claim
 
 __all__ = [
@@ -86,12 +87,14 @@ class StudyResult:
         variants: its runs.
         across: claims across the runs.
         files: of the comparison.
+        tables: across the runs.
     """
 
     study: Study
     variants: tuple[VariantResult, ...]
     across: tuple[Claim, ...]
     files: tuple[Path, ...]
+    tables: tuple[Table, ...] = ()
 
     def judged_across(self) -> list[Judged]:
         """Returns every claim across the runs with its verdict."""
@@ -107,9 +110,11 @@ class SectionResult:
         summary: in one line.
         text: what its figure shows.
         claims: on all of its runs.
-        figure: stem of its file.
+        figure: stem of its file, empty for none.
         files: what else is linked.
         failures: what stopped a run, by its key.
+        tables: of its numbers.
+        more_figures: what each shows, by the stem of its file.
     """
 
     name: str
@@ -119,6 +124,8 @@ class SectionResult:
     figure: str
     files: tuple[str, ...]
     failures: Mapping[str, str]
+    tables: tuple[Table, ...] = ()
+    more_figures: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self) -> list[Judged]:
         """Returns every claim with its verdict."""
@@ -199,4 +206,5 @@ def format_reproduction(reproduction: Reproduction) -> str:
         for run, judged in reproduction.judged()
         if judged.verdict == FAILS
     ]
-    return "\n".join((f"{sum(counts.values())} claims: {summary}", *failing))
+    first = f"{sum(counts.values())} claims: {summary}" if summary else "0 claims"
+    return "\n".join((first, *failing))

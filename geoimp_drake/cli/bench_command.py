@@ -3,20 +3,10 @@
 import argparse
 
 from geoimp_drake.cli.commands import SUCCESS
+from geoimp_drake.diagrams.experiments.bench_cases import BENCH_CASES
 from geoimp_drake.errors import ConfigurationError
 
-__all__ = ["BENCH_CASES", "bench"]
-
-# What is timed: experiment, when, and whether its real-time factor counts as the experiment's.
-BENCH_CASES = {
-    "single_free": ("plexiglas", 1.0, False),
-    "plexiglas": ("plexiglas", 6.0, True),
-    "redundant_free": ("redundancy", 1.0, False),
-    "redundancy": ("redundancy", 11.0, True),
-    "bar_free": ("bar", 1.0, False),
-    "bar": ("bar", 6.0, True),
-    "peg_in_hole": ("peg_in_hole", 8.0, True),
-}
+__all__ = ["bench"]
 
 
 def bench(options: argparse.Namespace) -> int:

@@ -19,6 +19,7 @@ __all__ = [
     "list_experiments",
     "named_in",
     "print_files",
+    "print_report",
     "reproduce",
     "run",
     "scenario_of",
@@ -218,9 +219,7 @@ def sweep(options: argparse.Namespace) -> int:
 
 def reproduce(options: argparse.Namespace) -> int:
     """Runs everything that the chapter shows. Returns the exit status."""
-    from geoimp_drake.campaigns.report import REPORT
     from geoimp_drake.campaigns.reproduce import reproduce as run_all
-    from geoimp_drake.campaigns.reproduction import format_reproduction
     from geoimp_drake.diagrams.experiments.reproduction import sections, studies
 
     out = options.out or Path("results") / "reproduce"
@@ -232,8 +231,7 @@ def reproduce(options: argparse.Namespace) -> int:
         seed=options.seed,
         sections=sections(),
     )
-    print(format_reproduction(reproduction))
-    print(f"\nreport: {out / REPORT}")
+    print_report(reproduction, out)
     return status_of(reproduction.failures())
 
 
@@ -257,6 +255,15 @@ def scenario_of(
     }
     given = [f"{path}={value}" for path, value in shorthands.items() if value is not None]
     return experiment.scenario(layers, (*given, *options.overrides))
+
+
+def print_report(reproduction: Any, out: Path) -> None:
+    """Prints what a reproduction has left in short, and where its page is."""
+    from geoimp_drake.campaigns.report import REPORT
+    from geoimp_drake.campaigns.reproduction import format_reproduction
+
+    print(format_reproduction(reproduction))
+    print(f"\nreport: {out / REPORT}")
 
 
 def print_files(files: list[Path]) -> None:

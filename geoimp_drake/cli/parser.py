@@ -8,6 +8,7 @@ from geoimp_drake import __version__
 from geoimp_drake.cli import (
     analysis_commands,
     bench_command,
+    benchmarking,
     commands,
     identifying,
     robot_commands,
@@ -19,6 +20,7 @@ from geoimp_drake.cli.options import (
     add_overrides,
     add_scenario_options,
 )
+from geoimp_drake.diagrams.experiments.bench_cases import BENCH_CASES
 from geoimp_drake.errors import one_line
 
 __all__ = ["make_parser"]
@@ -96,11 +98,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_reproduce_options(reproduce)
     reproduce.set_defaults(command=commands.reproduce)
+    benchmarking.add_benchmark(subparsers)
     identifying.add_identify(subparsers)
     bench = subparsers.add_parser("bench", help="time the closed loop against the bare plant")
     bench.add_argument("--json", type=Path, metavar="FILE", help="write the timings to FILE")
     bench.add_argument(
-        "--only", nargs="+", metavar="CASE", help=f"of {', '.join(bench_command.BENCH_CASES)} (all)"
+        "--only", nargs="+", metavar="CASE", help=f"of {', '.join(BENCH_CASES)} (all)"
     )
     bench.add_argument(
         "--compare", type=Path, metavar="FILE", help="show what got slower since FILE was written"

@@ -83,3 +83,29 @@ def test_a_bound_grows_with_what_is_not_known():
     assert friction is None  # it stops a direct impedance where it will
     numbers = [float(bound.removeprefix("≤ ")) for bound in (five, ten)]
     np.testing.assert_allclose(numbers, np.array([0.3, 0.6]) * 2025.0 * 9.0 / 700.0, rtol=1e-5)
+
+
+def test_the_table_has_what_is_measured_one_row_an_error_and_scheme():
+    names = ("direct-mass-10", "inner-loop-mass-10", ADMITTANCE)
+    runs = {name: run("disturbance", *VARIANTS[name].settings) for name in names}
+    compared = {name: (dict(log), scenario) for name, (log, scenario, _) in runs.items()}
+    (table,) = disturbance.tables_across(compared)
+    assert [row[:2] for row in table.rows] == [
+        ("links +10 %", scheme) for scheme in ("direct", "inner-loop", "admittance")
+    ]
+    values = disturbance.measured(*compared["direct-mass-10"])
+    log, scenario = compared["direct-mass-10"]
+    peak = np.linalg.norm(log[f"{scenario.arm}/wrench_true"][:, 3:], axis=1).max()
+    shown = (values["motion"], values["rest"], values["angle"], peak, 100.0 * values["force"])
+    assert table.rows[0][2:] == tuple(f"{value:.2g}" for value in shown)
+
+
+def test_nothing_is_claimed_of_natural_inertia_where_the_plant_is_not_known():
+    short = ("duration=0.05", "form=blocks")
+    known, heavy = (
+        claims_of("disturbance", *VARIANTS[f"natural-inertia-{error}"].settings, *short)
+        for error in ("exact", "mass-10")
+    )
+    force = "in contact f = K_p Δp_de, relative error"
+    assert (known[force].bound, heavy[force].bound) == ("≤ 0.02", None)
+    assert {claim.bound for claim in heavy.values()} == {None}

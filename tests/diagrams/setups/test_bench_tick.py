@@ -12,6 +12,7 @@ from geoimp_drake.diagrams.setups.bench_tick import (
     time_ticks,
 )
 from geoimp_drake.diagrams.setups.pinocchio_tick import PinocchioTick
+from geoimp_drake.diagrams.setups.robosuite_tick import RobosuiteTick
 
 
 def test_the_ratio_is_the_median_of_the_rounds():
@@ -19,8 +20,8 @@ def test_the_ratio_is_the_median_of_the_rounds():
     assert timing.ratio() == 9.0
     table = format_ticks([timing, TickTiming("two arms", {"loop": [30.0]})])
     assert [line.split() for line in table.splitlines()[1:]] == [
-        ["six", "joints", "10.0", "µs", "–", "–", "100.0", "µs", "9.0"],
-        ["two", "arms", "30.0", "µs", "–", "–", "–", "–"],
+        ["six", "joints", "10.0", "µs", "–", "–", "100.0", "µs", "–", "–", "9.0"],
+        ["two", "arms", "30.0", "µs", "–", "–", "–", "–", "–", "–"],
     ]
 
 
@@ -31,17 +32,22 @@ def test_ticks_take_turns():
     assert {name: len(rounds) for name, rounds in micro.items()} == {"a": 2, "b": 2}
 
 
-def test_each_case_is_timed_and_pinocchio_only_where_it_is(monkeypatch):
+def test_each_case_is_timed_and_peers_only_where_they_are(monkeypatch, caplog):
+    caplog.set_level("INFO")
     monkeypatch.setattr(time_ticks, "__defaults__", (1, 20))
     table, text = run_tick_bench()
     data = json.loads(text)
     micro = data["microseconds_per_tick"]
     assert list(micro) == ["six joints", "seven joints", "two arms"]
     has_pinocchio = PinocchioTick.is_available()
-    timed = {"loop", "drake", *(("terms", "numpy") if has_pinocchio else ())}
+    missing = RobosuiteTick.missing()
+    assert not missing or missing in caplog.messages
+    timed = {"loop", "drake"}
+    timed |= {"terms", "numpy"} if has_pinocchio else set()
+    timed |= set() if missing else {"osc", "robosuite"}
     for name in ("six joints", "seven joints"):
         assert set(micro[name]) == timed
         difference = data["difference_of_torques"][name]
         assert difference == (pytest.approx(0.0, abs=1e-8) if has_pinocchio else None)
     assert np.isfinite([value for case in micro.values() for value in case.values()]).all()
-    assert table.count("–") == (4 if has_pinocchio else 10)
+    assert table.count("–") == 6 + (0 if has_pinocchio else 6) + (4 if missing else 0)

@@ -1,0 +1,56 @@
+"""What `geoimp benchmark` runs: this library beside others on the same work."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from geoimp_drake.campaigns.reproduction import Section
+from geoimp_drake.campaigns.study import Study
+from geoimp_drake.campaigns.table import Cell, Page, Table
+from geoimp_drake.diagrams.experiments.peer_speed import SpeedSection
+from geoimp_drake.diagrams.experiments.reproduction import get_study
+from geoimp_drake.scenario.loading import read_yaml
+
+__all__ = ["page", "parts"]
+
+_QUICK = ("exact", "mass-10", "friction-1")  # errors under which every scheme is run
+
+
+def page() -> Page:
+    """Returns what the report begins with: what to use when."""
+    data = read_yaml(Path(__file__).with_suffix(".yaml"))
+    tables = tuple(_table(table, data["documentation"]) for table in data["tables"])
+    return Page("benchmark", data["title"], tables, folded=True)
+
+
+def parts(*, quick: bool) -> dict[str, Study | Section]:
+    """Returns all that is run, by the name of its folder.
+
+    Args:
+        quick: fewer errors, cases and samples.
+    """
+    schemes, speed = _schemes(quick), SpeedSection(quick)
+    return {part.name: part for part in (schemes, speed)}
+
+
+def _schemes(quick: bool) -> Study:
+    """Returns every scheme with errors of the model, as `geoimp reproduce` has them."""
+    study = get_study("disturbance")
+    variants = tuple(
+        variant for variant in study.variants if not quick or variant.name.endswith(_QUICK)
+    )
+    names = tuple(variant.name for variant in variants)
+    return replace(study, name="schemes", variants=variants, compared=names)
+
+
+def _table(data: dict[str, Any], address: str) -> Table:
+    """Returns a table; a cell that is a list is a link to a page of the documentation."""
+    rows = tuple(tuple(_cell(cell, address) for cell in row) for row in data["rows"])
+    return Table(data["title"], tuple(data["head"]), rows, data.get("text", ""))
+
+
+def _cell(cell: str | list[str], address: str) -> Cell:
+    if isinstance(cell, str):
+        return cell
+    words, page = cell
+    return words, f"{address}/{page}"
