@@ -128,11 +128,13 @@ def state_after(name: str, duration: float) -> np.ndarray:
 
 
 @needs_numba
-@pytest.mark.parametrize("name", ["plexiglas", "redundancy"])
-def test_closed_loop_is_the_same_compiled(monkeypatch, name: str) -> None:
-    fast = state_after(name, 0.1)
+@pytest.mark.parametrize(
+    ("name", "duration"), [("plexiglas", 0.1), ("redundancy", 0.02), ("bar", 0.02)]
+)
+def test_closed_loop_is_the_same_compiled(monkeypatch, name: str, duration: float) -> None:
+    fast = state_after(name, duration)
     monkeypatch.setenv(SWITCH, "0")
-    plain = state_after(name, 0.1)
+    plain = state_after(name, duration)
     np.testing.assert_allclose(fast, plain, rtol=1e-12, atol=1e-12)
 
 

@@ -74,7 +74,8 @@ def test_dependencies_are_what_the_library_imports():
     names = {name.split(".")[0] for p in MODULES.values() for name, _ in imported_names(parsed(p))}
     foreign = names - sys.stdlib_module_names - {"geoimp_drake"}
     # Drake's wheel is called drake and its package pydrake, PyYAML's is yaml; MuJoCo's has several.
-    owners = {name: packages_distributions()[name] for name in foreign}
+    all_owners = packages_distributions()
+    owners = {name: all_owners[name] for name in foreign}
     imported = {name if name in own else own[0].lower() for name, own in owners.items()}
     extras = PYPROJECT["project"]["optional-dependencies"]
     used = extras.keys() - {"docs", "notebooks", "test"}

@@ -7,6 +7,7 @@ from runs import run
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.simulation.energy_audit import audit_figure, audit_of, audited
 
+QUICK = "segments=[{duration: 2.0, displacement: [0.0, 0.0, -0.24]}, {duration: 1.5}]"
 T = np.linspace(0.0, 4.0, 401)
 
 
@@ -50,7 +51,7 @@ def test_what_D_brings_in_is_given_out_where_C_follows_it() -> None:
 
 
 def test_a_pressed_hand_balances_and_has_its_figure() -> None:
-    log, _, _ = run("plexiglas")
+    log, _, _ = run("plexiglas", QUICK, "form=compiled")
     assert audited(log) == ["six"]
     audit = audit_of(log, "six")
     assert audit.relative_error < 2e-3
