@@ -21,7 +21,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.laws.frame_motion import POSITION
-from geoimp_drake.parts.supervisor import SupervisorConfig
+from geoimp_drake.parts.supervisor import Mode, SupervisorConfig
 from geoimp_drake.robot_files.loading import load_robot
 from geoimp_drake.robots.drive import Drive, DriveConfig
 from geoimp_drake.robots.drive_log import DriveLog
@@ -180,17 +180,27 @@ def test_a_connection_that_fails_leaves_the_thread_as_it_was(monkeypatch):
 
 
 class Silenced(FrankaArm):
-    """Stops the robot's process after some statuses: by their count, since machines are slow."""
+    """Stops the robot's process after some statuses: by their count, since machines are slow.
 
-    def __init__(self, server: Server, statuses: int):
+    Args:
+        server: the robot.
+        statuses: how many come before.
+        pause: after which it goes on [s]; None for never.
+    """
+
+    def __init__(self, server: Server, statuses: int, pause: float | None = None):
         super().__init__(server.address)
-        self._process, self._left = server.process, statuses
+        self._process, self._left, self._pause = server.process, statuses, pause
 
     def read(self) -> RobotStatus:
         """See `FrankaArm`."""
         self._left -= 1
         if self._left == 0:
             os.kill(self._process.pid, signal.SIGSTOP)
+            if self._pause is not None:
+                # By another process: libfranka waits, and may let no other thread run meanwhile.
+                again = f"(sleep {self._pause}; kill -CONT {self._process.pid}) &"
+                subprocess.run(["sh", "-c", again], check=True)
         return super().read()
 
 
@@ -202,6 +212,19 @@ def test_a_robot_that_falls_silent_ends_the_drive_and_is_named(server):
     assert f"franka {server.address}: " in str(log.failure)
     assert 1000 < log.ticks < 2100
     assert len(log.values["t"]) == log.ticks
+
+
+def test_a_robot_that_pauses_is_braked_by_the_supervisor(server, caplog):
+    """It is back before libfranka gives it up, but later than a status may be held."""
+    arm = Silenced(server, 3000, pause=1.5 * PATIENT.hold)
+    log = drive(arm, controller(), "none", MotionSegment(20.0, [0.0, 0.1, 0.0]))
+    assert log.failure is None
+    assert "stopped by its supervisor" in str(log.early)
+    assert "to BRAKE, no valid reading for" in caplog.text
+    modes = log.values["mode"][:, 0]
+    assert [Mode(mode) for mode in dict.fromkeys(modes)][-2:] == [Mode.BRAKE, Mode.STOPPED]
+    speed = np.linalg.norm(log.values["v"][modes == Mode.STOPPED], axis=1)
+    assert speed[-1] < 0.02
 
 
 def test_what_takes_the_connection_and_says_nothing_is_named(server):
