@@ -40,10 +40,10 @@ def drive_robot(
         log = drive.run()
     # First of all: what fails after this cannot take it away.
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
-    if not log.ticks:
+    if not len(log.whole["t"]):
         raise RobotError(
-            f"{drive.robot.name}: nothing was driven: {log.failure or 'no status came'}. Nothing "
-            f"was sent."
+            f"{drive.robot.name}: nothing was driven, and nothing sent: "
+            f"{log.failure or 'no status came.'}"
         )
     rows = drive.log(log)
     replay = experiment.replay(scenario, rows) if html else None
@@ -80,6 +80,7 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
     driver = single(scenario).robot.driver
     robot = simulated_robot(scenario, gravity="robot")
     server = LcmRobot(robot, driver.messages, url or driver.url, driver.period, driver.channel)
+    print(f"A status each {1e3 * driver.period:g} ms as an {driver.messages} sends it.", flush=True)
     server.run(scenario.length, in_step=in_step)
 
 

@@ -92,6 +92,7 @@ class Supervisor:
             reached=0.0,  # when the torques sent were last those asked [s]
             taken_over=np.zeros(n),  # from which ours fade in: the robot's own, or those held
             held_in=float(Mode.RUN),  # what a missing signal has interrupted
+            faded=0.0,  # how much of a soft start had passed then [s]
             guard=self._guard.memory,
         )
         self.samplings = ((period, self.sample),)
@@ -193,11 +194,13 @@ class Supervisor:
         is_unforeseen = after is Mode.BRAKE and reason != _STOPS[Stop.ENDED]
         tell = _log.warning if is_unforeseen else _log.info
         tell(f"{now.system}: t = {now.time:.3f} s: {mode.name} to {after.name}, {reason}.")
-        memory[places.mode], memory[places.since] = float(after), now.time
-        if after is Mode.SOFT_START:
-            memory[places.taken_over] = memory[places.sent]
         if after is Mode.HOLD:
             memory[places.held_in] = float(mode)
+            memory[places.faded] = now.time - memory[places.since]
+        memory[places.mode], memory[places.since] = float(after), now.time
+        if after is Mode.SOFT_START:
+            memory[places.since] -= memory[places.faded]
+            memory[places.taken_over] = memory[places.sent]
         if after is Mode.BRAKE:
             # Where no wrench can be felt D comes to rest from C, so that nothing presses.
             is_blind = reason.endswith(_BLIND)
@@ -237,12 +240,22 @@ class Supervisor:
         elif mode is Mode.HOLD or self._guard.missing_reading(now, memory[self.memory.guard]):
             wanted = sent
         elif mode is Mode.SOFT_START:
-            elapsed, before = now.time - memory[self.memory.since], memory[self.memory.taken_over]
-            wanted = before + smooth_step(elapsed, self._config.soft_start)[0] * (wanted - before)
+            wanted = wanted + self._unfaded(memory, now.time) * (
+                memory[self.memory.taken_over] - wanted
+            )
         if mode is not Mode.INIT:
             change = self._config.limits.torque_rate * self._period
             wanted = np.clip(wanted, sent - change, sent + change)
         torque[:] = wanted
+
+    def _unfaded(self, memory: Array, time: float) -> float:
+        """Returns the share that is left of what was taken over, 1 as a soft start goes on."""
+        elapsed, duration = time - memory[self.memory.since], self._config.soft_start
+        left, at_first = (
+            1.0 - smooth_step(passed, duration)[0]
+            for passed in (elapsed, memory[self.memory.faded])
+        )
+        return float(left / at_first) if left else 0.0
 
 
 def _steps(D: Array, last: Array) -> Iterator[tuple[str, str, float]]:

@@ -143,7 +143,7 @@ class Drive:
         self._robot.start()
         failure = None
         try:
-            self._begin(self._robot.read())
+            self._begin(self._first_status())
             with self._stopped_by_interrupt(), only_new_garbage():
                 while self._mode() is not Mode.STOPPED:
                     self._tick(self._robot.read())
@@ -165,6 +165,14 @@ class Drive:
         """Computes a tick for nothing: what is compiled then would keep the robot waiting."""
         self._begin(status)
         self._compute(replace(status, time=status.time + self._robot.period), _NO)
+
+    def _first_status(self) -> RobotStatus | None:
+        """Returns the first status after the start; one may be late by as long as later ones."""
+        end = time.perf_counter() + self._config.supervisor.hold
+        status = self._robot.read()
+        while status is None and time.perf_counter() < end:
+            status = self._robot.read()
+        return status
 
     def _mode(self) -> Mode:
         return Mode(int(self._supervisor.output("mode")[0]))

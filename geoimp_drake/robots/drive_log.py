@@ -19,7 +19,7 @@ class DriveLog:
 
     Attributes:
         values: of the last ticks, a row each.
-        whole: of the whole drive, a row each log period.
+        whole: of the whole drive, a row each log period, or the next tick that has a valid status.
         ticks: how many there were in all.
         computing: from a status to its torques, of the last ticks [s].
         failure: what ended the drive, if the supervisor did not.
@@ -52,15 +52,20 @@ class TickLog:
         self._rows = {name: np.full((size, width), np.nan) for name, width in widths.items()}
         self._coarse: dict[str, list[Array]] = {name: [] for name in widths}
         self._every = max(1, round(log_period / period))
-        self._computing, self._count = np.zeros(size), 0
+        self._computing, self._count, self._due = np.zeros(size), 0, 0
 
     def append(self, values: dict[str, Any], computing: float) -> None:
-        """Keeps a tick: values by name, NaN for what is not given, and the time it took [s]."""
+        """Keeps a tick: values by name, NaN for what is not given, and the time it took [s].
+
+        There is a wrench whenever there is a valid status.
+        """
         place = self._count % len(self._computing)
         for name, rows in self._rows.items():
             rows[place] = values.get(name, np.nan)
-            if self._count % self._every == 0:
+        if self._count >= self._due and np.isfinite(self._rows["wrench"][place]).all():
+            for name, rows in self._rows.items():
                 self._coarse[name].append(rows[place].copy())
+            self._due = self._count - self._count % self._every + self._every
         self._computing[place] = computing
         self._count += 1
 

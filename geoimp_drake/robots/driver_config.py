@@ -24,6 +24,7 @@ class DriverConfig(DriveConfig):
     url: str = ""  # of LCM; its own default if empty
     channel: str | None = None  # what the LCM channels' names begin with, by default IIWA or PANDA
     period: float = 5e-3  # of the statuses on LCM [s]
+    patience: float | None = None  # of each status on LCM; null for one and a half periods [s]
     joints: list[str] = field(default_factory=list)  # in the robot's order; from base to hand
 
     def validate(self, name: str) -> None:
@@ -32,6 +33,8 @@ class DriverConfig(DriveConfig):
         choice(self.kind, key(name, "kind"), DRIVERS)
         choice(self.messages, key(name, "messages"), LCM_MESSAGES)
         positive(self.period, key(name, "period"), "s")
+        if self.patience is not None:
+            positive(self.patience, key(name, "patience"), "s")
         if (self.kind == "franka") != bool(self.address):
             raise ConfigurationError(
                 f"{key(name, 'address')} is '{self.address}' and {key(name, 'kind')} is "
@@ -75,4 +78,5 @@ class DriverConfig(DriveConfig):
             return FrankaArm(self.address, names)
         from geoimp_drake.robots.lcm_arm import LcmArm
 
-        return LcmArm(self.messages, self.url, names, self.period, self.channel, takes=takes)
+        kept = self.period, self.channel, self.patience
+        return LcmArm(self.messages, self.url, names, *kept, takes)

@@ -99,6 +99,19 @@ def test_a_status_lost_in_the_soft_start_does_not_end_it():
     np.testing.assert_array_equal(D[fading[-1], POSITION], D[0, POSITION])
 
 
+def test_a_soft_start_takes_no_longer_where_many_statuses_are_lost():
+    """Each gap once began it anew, and no drive behind a bad connection ever began to move."""
+
+    def disturb(count, status):
+        return status if count % 3 else None
+
+    log = DrivenArm().drive(0.3, config=NOT_FELT, through=lambda robot: Between(robot, disturb))
+    begun = np.flatnonzero(log.values["mode"][:, 0] == Mode.RUN)[0]
+    gaps = SupervisorConfig().soft_start / 1e-3 / 2.0  # one in three ticks
+    assert begun <= SupervisorConfig().soft_start / 1e-3 + gaps + 5
+    assert modes(log)[-1] is Mode.STOPPED
+
+
 class Counting(Between):
     """Counts the laws that are compiled when the torques are taken over, and when given back."""
 

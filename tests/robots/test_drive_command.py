@@ -4,6 +4,7 @@ import base64
 import itertools
 import json
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import msgpack
 import numpy as np
 import pytest
 from driven_arm import LIGHT
+from lcm_trial import isolated
 
 from geoimp_drake.cli import main
 from geoimp_drake.diagrams.setups import replayed_arm
@@ -203,6 +205,36 @@ def test_what_cannot_be_simulated_behind_lcm_is_one_line(options, words, scenari
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert error.startswith("geoimp: ")
     assert words in error
+
+
+def test_the_files_of_a_drive_leave_out_the_ticks_without_a_status(scenario, monkeypatch):
+    read, count = PlantArm.read, itertools.count()
+    monkeypatch.setattr(PlantArm, "read", lambda arm: (read(arm), None)[next(count) % 10 == 2])
+    assert main(["drive", "mine.yaml", "--no-figures"]) == 0
+    out = scenario.parent / "results" / "mine"
+    with np.load(out / "log.npz") as log, np.load(out / "ticks.npz") as ticks:
+        assert all(np.isfinite(log[name]).all() for name in log.files)
+        np.testing.assert_allclose(np.diff(log["t"]), 0.01, rtol=0, atol=2e-3)
+        assert np.isnan(ticks["t"]).any()
+
+
+def test_two_programs_drive_an_arm_between_them(scenario):
+    """One is the robot; by default neither knows more of the other than its messages."""
+    driver = "{kind: lcm, period: 0.005, patience: 2.0}"  # a machine with other work is late
+    settings = ["--set", f"robot.driver={driver}", "--set", "sampling.period=0.005"]
+    geoimp = [sys.executable, "-m", "geoimp_drake.cli"]
+    robot = shlex.join(
+        [*geoimp, "robot-sim", "mine.yaml", "--in-step", "--duration", "30", *settings]
+    )
+    drive = shlex.join([*geoimp, "drive", "mine.yaml", "--no-figures", *settings])
+    speaks = "until grep -q 'status each' robot.log; do sleep 0.1; done"
+    ended = isolated(
+        "sh", "-c", f"{robot} > robot.log 2>&1 & {speaks}; {drive}; ended=$?; kill $!; exit $ended"
+    )
+    assert "of 5 ms" in ended
+    with np.load(scenario.parent / "results" / "mine" / "log.npz") as log:
+        E = log["mine/motion_E"][:, POSITION]
+    np.testing.assert_allclose(E[-1] - E[0], [0.0, 0.0, -0.02], rtol=0, atol=2e-4)
 
 
 def test_a_driver_whose_package_is_missing_says_how_to_get_it(scenario, capsys, monkeypatch):
