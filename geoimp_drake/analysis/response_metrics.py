@@ -12,6 +12,7 @@ __all__ = [
     "force_overshoot",
     "ideal_response",
     "impedance_fidelity",
+    "impedance_power",
     "jerk",
     "root_mean_square",
     "time_above",
@@ -87,19 +88,30 @@ def ideal_response(
     return states[:, :3], states[:, 3:]
 
 
-def impedance_fidelity(times: Array, power: Array, ideal: Array) -> float:
-    """Returns 1 − Σ ∫|P_i − P*_i| dt / Σ ∫|P*_i| dt of the powers in a step response [-].
+def impedance_fidelity(power: Array, ideal: Array) -> float:
+    """Returns how far the power of a step response is off that of the impedance asked for [W].
 
-    It is one where the impedance is there as it was asked for, and falls with what it does
-    otherwise in the direction of the step as with what leaks into others, whose P* is zero. The
-    name, and that powers of step responses are compared, are those of Dos Santos et al., Leveraging
-    Port-Hamiltonian Theory for Impedance Control Benchmarking (2025); the formula is ours.
+    The root mean square of P − P*, as Dos Santos et al. compare powers in Leveraging
+    Port-Hamiltonian Theory for Impedance Control Benchmarking (2025): small is good, and what leaks
+    into other directions counts.
 
     Args:
-        times: of the samples (N) [s].
-        power: P_i that the springs take from the arm, by direction (N×m) [W].
-        ideal: P*_i of the impedance as asked for (N×m) [W].
+        power: P, see `impedance_power` (N) [W].
+        ideal: P*, of the response of the impedance itself (N) [W].
     """
-    steps = np.diff(times)
-    off, asked = (steps @ np.abs(powers[1:]).sum(axis=1) for powers in (power - ideal, ideal))
-    return float(1.0 - off / asked)
+    return root_mean_square(power - ideal)
+
+
+def impedance_power(
+    displacement: Array, velocity: Array, damping: Array, stiffness: Array
+) -> Array:
+    """Returns −ẋᵀ(D ẋ + K x) over time (N) [W], what springs and dampers give to the arm.
+
+    Args:
+        displacement: x from the equilibrium (N×3) [m].
+        velocity: ẋ (N×3) [m/s].
+        damping: D (3×3) [Ns/m].
+        stiffness: K (3×3) [N/m].
+    """
+    force = velocity @ damping.T + displacement @ stiffness.T
+    return np.asarray(-np.sum(velocity * force, axis=1))

@@ -7,6 +7,7 @@ from geoimp_drake.analysis.response_metrics import (
     force_overshoot,
     ideal_response,
     impedance_fidelity,
+    impedance_power,
     jerk,
     root_mean_square,
     time_above,
@@ -62,12 +63,20 @@ def test_the_ideal_response_to_a_step_is_that_of_the_textbook():
     assert not x[:, 2].any()
 
 
-def test_fidelity_falls_with_the_error_along_the_step_and_with_what_leaks_sideways():
-    ideal = np.column_stack((np.exp(-TIMES), 0.0 * TIMES))
-    assert impedance_fidelity(TIMES, ideal, ideal) == 1.0
-    assert impedance_fidelity(TIMES, 0.9 * ideal, ideal) == pytest.approx(0.9)
-    # Too much counts as too little, and power in a direction that should have none as both.
-    assert impedance_fidelity(TIMES, 1.1 * ideal, ideal) == pytest.approx(0.9)
-    leaking = ideal + 0.2 * ideal[:, ::-1]
-    assert impedance_fidelity(TIMES, leaking, ideal) == pytest.approx(0.8)
-    assert impedance_fidelity(TIMES, -leaking, -ideal) == pytest.approx(0.8)
+def test_fidelity_is_the_root_mean_square_of_the_power_that_is_off():
+    ideal = np.sin(2.0 * np.pi * TIMES[:-1])
+    assert impedance_fidelity(ideal, ideal) == 0.0
+    assert impedance_fidelity(0.9 * ideal, ideal) == pytest.approx(0.1 / np.sqrt(2.0))
+    assert impedance_fidelity(1.1 * ideal, ideal) == pytest.approx(0.1 / np.sqrt(2.0))
+    assert impedance_fidelity(ideal + 3.0, ideal) == pytest.approx(3.0)
+
+
+def test_springs_and_dampers_give_the_power_that_the_mass_takes_in_an_ideal_step():
+    M, D, K = 10.0 * np.eye(3), np.diag([134.0, 90.0, 60.0]), np.diag([800.0, 400.0, 200.0])
+    force = np.tile([80.0, 20.0, -10.0], (len(TIMES), 1))
+    x, v = ideal_response(TIMES, force, M, D, K)
+    power = impedance_power(x - np.linalg.solve(K, force[0]), v, D, K)
+    kinetic = 0.5 * np.sum(v * (v @ M.T), axis=1)
+    np.testing.assert_allclose(power[1:-1], np.gradient(kinetic, TIMES)[1:-1], atol=0.01)
+    # What is at rest away from its equilibrium is given nothing yet.
+    assert power[0] == 0.0
