@@ -8,6 +8,7 @@ __all__ = [
     "ConfigurationError",
     "ConversionError",
     "GeoimpError",
+    "MissingPackageError",
     "ModelError",
     "OutOfDomainError",
     "OutputError",
@@ -37,6 +38,10 @@ class ConfigurationError(GeoimpError):
     """
 
     key = ""
+
+
+class MissingPackageError(ConfigurationError):
+    """A package that one of this project's extras brings is not installed, or does not work."""
 
 
 class OutputError(GeoimpError):

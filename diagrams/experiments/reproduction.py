@@ -14,6 +14,7 @@ from geoimp_drake.diagrams.experiments.comparisons import COMPARISONS
 from geoimp_drake.diagrams.experiments.contrasts import CONTRASTS
 from geoimp_drake.diagrams.experiments.simulators import SIMULATORS
 from geoimp_drake.diagrams.experiments.worlds import WorldsSection
+from geoimp_drake.extras import how_to_install
 from geoimp_drake.scenario.loading import read_yaml
 
 __all__ = ["get_study", "sections", "studies"]
@@ -30,9 +31,7 @@ def studies() -> tuple[Study, ...]:
     if importlib.util.find_spec("mujoco") is not None:
         names += [f"{name}_two_simulators" for name in SIMULATORS]
     else:
-        _log.info(
-            "MuJoCo is not there to be compared with Drake: pip install 'geoimp-drake[mujoco]'."
-        )
+        _log.info(f"MuJoCo is not there to be compared with Drake: {how_to_install('mujoco')}")
     return tuple(map(get_study, names))
 
 

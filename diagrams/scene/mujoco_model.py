@@ -14,7 +14,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, ModelInstanceIndex, WeldJoint
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.models import model_path
 
 __all__ = ["END_EFFECTOR_SITE", "arm_spec", "cell_spec", "load_mujoco", "scoped"]
@@ -27,12 +27,8 @@ _SENSOR_SITE, END_EFFECTOR_SITE = "sensor", "end_effector"
 
 def load_mujoco() -> Any:
     """Returns the module; raises ConfigurationError if the package, an extra, is missing."""
-    try:
+    with needs_extra("mujoco", "engine 'mujoco'"):
         import mujoco as module
-    except ImportError:
-        raise ConfigurationError(
-            "engine 'mujoco' needs the package mujoco: pip install 'geoimp-drake[mujoco]'."
-        ) from None
     return module
 
 

@@ -1,11 +1,10 @@
 """CMA-ES in the unit cube, the same to the bit for the same seed."""
 
-import importlib.util
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.typing import Array
 
 __all__ = ["check_cma", "minimize"]
@@ -13,8 +12,8 @@ __all__ = ["check_cma", "minimize"]
 
 def check_cma(label: str) -> None:
     """Raises ConfigurationError if the extra that minimizes is missing."""
-    if importlib.util.find_spec("cma") is None:
-        raise ConfigurationError(f"{label} needs cma: pip install 'geoimp_drake[tune]'")
+    with needs_extra("tune", label):
+        import cma  # noqa: F401  (an extra: imported only where it is used)
 
 
 def minimize(

@@ -21,6 +21,7 @@ from tqdm import tqdm
 
 from geoimp_drake.campaigns.journal import Fields, Finished, Journal
 from geoimp_drake.errors import ConfigurationError, OutputError, one_line
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.validation import whole_number
 
 __all__ = ["check_jobs", "run_many"]
@@ -125,13 +126,9 @@ def _keep(book: Journal, key: str, finished: Finished, before: str) -> None:
 def check_jobs(jobs: int, label: str) -> None:
     """Raises ConfigurationError for fewer jobs than one or too many, or if an extra is missing."""
     whole_number(jobs, "jobs", 1, _MOST_JOBS)
-    try:
+    with needs_extra("sweep", label):
         import cryptography  # noqa: F401  (an extra: imported only where it is used)
         import distributed  # noqa: F401
-    except ImportError:
-        raise ConfigurationError(
-            f"{label} needs dask and cryptography: pip install 'geoimp_drake[sweep]'"
-        ) from None
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ from geoimp_drake.campaigns.reproduction import (
     VariantResult,
 )
 from geoimp_drake.campaigns.table import Page, Table
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.output_folder import write_file
 from geoimp_drake.simulation.claims import FAILS, HOLDS, NOT_REACHED, REPORTED
 from geoimp_drake.simulation.energy_audit import AUDIT, AUDIT_TEXT
@@ -42,12 +42,8 @@ _LINKS = {
 
 def check_report(label: str) -> None:
     """Raises ConfigurationError if the template library, an extra, is missing."""
-    try:
+    with needs_extra("report", label):
         import jinja2  # noqa: F401  (an extra: imported only where it is used)
-    except ImportError:
-        raise ConfigurationError(
-            f"{label} needs jinja2: pip install 'geoimp_drake[report]'"
-        ) from None
 
 
 def write_report(reproduction: Reproduction, folder: Path, page: Page) -> None:

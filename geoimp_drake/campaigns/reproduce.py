@@ -85,8 +85,8 @@ def reproduce(
     label = f"geoimp {page.command}"
     # The journal is the command's; whether a run in it still counts is decided run by run.
     plan = {"command": page.command}
-    check_jobs(jobs, label)
     check_report(label)
+    check_jobs(jobs, label)
     check_folder(out, _files(studies, sections))
     given = {"duration": duration, "seed": seed}
     overrides = tuple(f"{name}={value}" for name, value in given.items() if value is not None)

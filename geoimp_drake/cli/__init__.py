@@ -1,8 +1,8 @@
 """The command line `geoimp`: experiments are listed, run, compared, swept, timed.
 
-Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a simulation failed, if
-its results could not be written, if a drive ended before its motion, or if the program was told to
-end.
+Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a package is missing, a
+simulation failed, its results could not be written, a drive ended before its motion, or the program
+was told to end.
 """
 
 import contextlib
@@ -15,7 +15,14 @@ from typing import NoReturn
 
 from geoimp_drake.cli.commands import FAILURE, UNUSABLE
 from geoimp_drake.cli.parser import make_parser
-from geoimp_drake.errors import GeoimpError, ModelError, OutputError, drake_errors, one_line
+from geoimp_drake.errors import (
+    GeoimpError,
+    MissingPackageError,
+    ModelError,
+    OutputError,
+    drake_errors,
+    one_line,
+)
 
 __all__ = ["main"]
 
@@ -28,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return int(options.command(options))
     except GeoimpError as error:
         print(f"geoimp: {one_line(error)}", file=sys.stderr)
-        return FAILURE if isinstance(error, OutputError) else UNUSABLE
+        return FAILURE if isinstance(error, OutputError | MissingPackageError) else UNUSABLE
     except KeyboardInterrupt as interrupt:
         by = "".join(f" by {name}" for name in interrupt.args)
         print(f"geoimp: interrupted{by}", file=sys.stderr)

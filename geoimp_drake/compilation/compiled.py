@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.extras import how_to_install
 from geoimp_drake.typing import Array
 
 __all__ = ["bound", "compilable", "compilable_as", "compiled", "is_available"]
@@ -87,7 +88,16 @@ def bound(law: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
 def is_available() -> bool:
     """Returns False if laws run as written."""
     wanted = os.environ.get(SWITCH, "1") != "0"
-    return wanted and importlib.util.find_spec("numba") is not None and _numba_works()
+    return wanted and _is_installed() and _numba_works()
+
+
+@cache
+def _is_installed() -> bool:
+    """Returns False, and says what to install, if numba is missing."""
+    if importlib.util.find_spec("numba"):
+        return True
+    _log.info(f"Laws run as written; compiled ones are faster: {how_to_install('fast')}")
+    return False
 
 
 @cache

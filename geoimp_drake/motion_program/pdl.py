@@ -27,6 +27,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.motion_program.program import (
     JointMove,
     LinearMove,
@@ -109,12 +110,8 @@ def parse_program(
 
 @functools.cache
 def _parser() -> "Lark":
-    try:
+    with needs_extra("pdl", "A program in PDL 2"):
         from lark import Lark
-    except ImportError:
-        raise ConfigurationError(
-            "Reading PDL 2 programs needs the package lark: pip install 'geoimp-drake[pdl]'."
-        ) from None
     # The basic lexer keeps keywords from being taken for names.
     return Lark(
         _GRAMMAR.read_text(encoding="utf-8"),

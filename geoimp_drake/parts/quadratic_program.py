@@ -1,15 +1,19 @@
 """Small convex quadratic programs: by DAQP where it is installed, otherwise by Drake's Clarabel."""
 
 import importlib.util
+import logging
 from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
 from geoimp_drake.errors import SignalError
+from geoimp_drake.extras import how_to_install
 from geoimp_drake.typing import Array
 
 __all__ = ["minimum"]
+
+_log = logging.getLogger("drake")
 
 # DAQP's infinity.
 _INFINITE = 1e30
@@ -55,7 +59,10 @@ def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) ->
 
 @cache  # a package that is missing is searched for everywhere, which no tick has time for
 def _solver() -> Callable[..., Array | None]:
-    return _by_daqp if importlib.util.find_spec("daqp") else _by_clarabel
+    if importlib.util.find_spec("daqp"):
+        return _by_daqp
+    _log.info(f"Drake's Clarabel keeps the limits; DAQP is faster: {how_to_install('limits')}")
+    return _by_clarabel
 
 
 def _by_daqp(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:

@@ -7,12 +7,14 @@ import shutil
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 
 __all__ = ["convert_mesh", "is_read_by_drake", "mesh_cache"]
 
@@ -33,10 +35,8 @@ def mesh_cache() -> Path:
     Raises:
         ConfigurationError: the packages of the extra `robots` are not installed.
     """
-    try:
+    with _converter():
         import platformdirs
-    except ImportError as error:
-        raise _missing(error) from None
     return platformdirs.user_cache_path("geoimp_drake") / "meshes"
 
 
@@ -62,12 +62,10 @@ def convert_mesh(mesh: Path, cache: Path | None = None) -> Path:
 
 def _as_obj(mesh: Path) -> dict[str, bytes]:
     """Returns the files that a mesh becomes, by name."""
-    try:
+    with _converter():
         import collada  # noqa: F401  (COLLADA is read through it)
         from trimesh import load_scene
         from trimesh.exchange.obj import export_obj
-    except ImportError as error:
-        raise _missing(error) from None
     # What its many readers raise is not one kind of exception.
     try:
         scene = _collada_scene(mesh) if mesh.suffix.lower() == ".dae" else load_scene(mesh)
@@ -149,8 +147,6 @@ def _write(files: dict[str, bytes], target: Path) -> None:
         ) from error
 
 
-def _missing(error: ImportError) -> ConfigurationError:
-    return ConfigurationError(
-        f"Converting meshes needs the package {error.name}: pip install 'geoimp-drake[robots]'. Or "
-        f"leave the geometry out with geometry 'leave-out'."
-    )
+def _converter() -> AbstractContextManager[None]:
+    instead = "Or leave the geometry out with geometry 'leave-out'."
+    return needs_extra("robots", "Converting meshes", instead)

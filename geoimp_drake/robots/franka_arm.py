@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.robots.robot_arm import RobotError, RobotStatus
 from geoimp_drake.typing import Array
 
@@ -62,12 +62,8 @@ class FrankaArm:
         real_time: bool = False,
         patience: float = 5.0,
     ):
-        try:
+        with needs_extra("franka", "A Franka arm"):
             import pylibfranka
-        except ImportError as error:
-            raise ConfigurationError(
-                f"A Franka arm needs the package {error.name}: pip install 'geoimp-drake[franka]'."
-            ) from None
         # In Python these do not derive from FrankaException.
         self._errors = tuple(
             kind for name, kind in vars(pylibfranka).items() if name.endswith("Exception")

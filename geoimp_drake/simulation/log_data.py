@@ -8,6 +8,7 @@ import numpy as np
 
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import needs_extra
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
 from geoimp_drake.parts.joint_limits import Limited
 from geoimp_drake.systems.frame_motion import FrameMotion
@@ -74,12 +75,8 @@ def load_log(path: str | Path) -> "Dataset":
     Raises:
         ConfigurationError: there is no such log, it cannot be read, or the extra `data` is missing.
     """
-    try:
+    with needs_extra("data", "A labelled log"):
         import xarray
-    except ImportError:
-        raise ConfigurationError(
-            "A labelled log needs the package xarray: pip install 'geoimp-drake[data]'."
-        ) from None
     file = Path(path) / "log.npz" if Path(path).is_dir() else Path(path)
     log = read_log(file)
     t = log.pop("t")

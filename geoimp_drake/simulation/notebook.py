@@ -13,6 +13,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram
 
 from geoimp_drake.errors import ConfigurationError
+from geoimp_drake.extras import how_to_install
 from geoimp_drake.simulation.block_diagram import draw, in_words, kind_of, name_of
 
 __all__ = ["BlockDiagram", "MeshcatView", "recording", "show_diagram", "show_meshcat"]
@@ -69,7 +70,7 @@ def show_diagram(diagram: Diagram, max_depth: int = 1) -> BlockDiagram:
         )
     text = in_words(diagram, max_depth)
     if importlib.util.find_spec("pygraphviz") is None:
-        return BlockDiagram(None, f"{text}\nFor a drawing: pip install 'geoimp_drake[notebooks]'")
+        return BlockDiagram(None, f"{text}\nFor a drawing: {how_to_install('notebooks')}")
     return BlockDiagram(draw(diagram, max_depth), text)
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from geoimp_drake.analysis.contact_model import ROBUSTNESS, ContactModel
 from geoimp_drake.analysis.encounter import Encounter, contact_metrics
-from geoimp_drake.analysis.evolution import check_cma
 from geoimp_drake.analysis.pareto import balance, explored, front_of
 from geoimp_drake.analysis.ringing import rings
 from geoimp_drake.analysis.tuning import Candidate, Constraint, Tuning, best
@@ -167,9 +166,3 @@ def test_motion_that_does_not_rest_is_refused() -> None:
     t = np.arange(0.0, 4.0, 0.01)
     with pytest.raises(ConfigurationError, match="to rest there for more than 1 s"):
         Encounter.of_depths(t, 0.01 * t, 1e-3, NORMAL)
-
-
-def test_missing_cma_is_said_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ConfigurationError, match=r"needs cma: pip install 'geoimp_drake\[tune\]'"):
-        check_cma("geoimp tune")

@@ -6,7 +6,6 @@ import io
 import json
 import re
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -248,13 +247,6 @@ def test_a_folder_with_the_journal_of_a_sweep_is_refused(out, capsys):
     assert "holds runs of another plan: command is not given there and 'reproduce' here" in error
     assert error.count("\n") == 1
     assert len(error) < 400 + len(str(out))
-
-
-def test_a_missing_template_library_is_named(out, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "jinja2", None)
-    assert run(*SHORT, "--out", out) == 2
-    assert "pip install 'geoimp_drake[report]'" in capsys.readouterr().err
-    assert not out.exists()
 
 
 def test_a_missing_browser_is_named(monkeypatch):

@@ -1,7 +1,6 @@
 """Reading PDL 2: what a program means, and errors with their line and column."""
 
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from program_rig import INSERTION, START, positions, track_arm, velocities
 from pydrake.math import RigidTransform
 
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.motion_program import pdl
 from geoimp_drake.motion_program.pdl import parse_program, read_program
 from geoimp_drake.motion_program.plan import plan
 from geoimp_drake.motion_program.program import (
@@ -156,16 +154,6 @@ def test_values_that_do_not_fit_the_program_are_refused(taught, constants, messa
 def test_constant_given_but_used_nowhere_is_refused():
     with pytest.raises(ConfigurationError, match="no statement uses slow"):
         read(":= slow", ":= 5", constants={"slow": 3})
-
-
-def test_missing_parser_is_named_with_its_extra(monkeypatch):
-    monkeypatch.setitem(sys.modules, "lark", None)
-    pdl._parser.cache_clear()
-    try:
-        with pytest.raises(ConfigurationError, match=r"pip install 'geoimp-drake\[pdl\]'"):
-            read()
-    finally:
-        pdl._parser.cache_clear()
 
 
 def test_file_that_cannot_be_read_is_named(tmp_path):

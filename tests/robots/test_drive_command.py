@@ -237,14 +237,6 @@ def test_two_programs_drive_an_arm_between_them(scenario):
     np.testing.assert_allclose(E[-1] - E[0], [0.0, 0.0, -0.02], rtol=0, atol=2e-4)
 
 
-def test_a_driver_whose_package_is_missing_says_how_to_get_it(scenario, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pylibfranka", None)
-    driver = "robot.driver={kind: franka, address: 172.16.0.2}"
-    assert main(["drive", "mine.yaml", "--set", driver]) == 2
-    error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert error.endswith("needs the package pylibfranka: pip install 'geoimp-drake[franka]'.")
-
-
 def test_a_dry_run_shows_the_positions_that_would_be_sent(scenario, capsys):
     assert main(["drive", "mine.yaml", "--dry-run", "--set", "scheme=admittance"]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if " position " in line]

@@ -148,7 +148,7 @@ def test_without_graphviz_the_text_says_how_to_get_a_drawing(monkeypatch):
     shown = show_diagram(loop())
     assert shown._repr_svg_() is None
     assert "sum.sum -> memory.u0" in repr(shown)
-    assert repr(shown).endswith("pip install 'geoimp_drake[notebooks]'")
+    assert repr(shown).endswith("pip install 'geoimp-drake[notebooks]'.")
 
 
 def test_scene_is_a_page_of_its_own_with_the_recorded_motion():

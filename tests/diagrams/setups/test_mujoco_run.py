@@ -1,14 +1,12 @@
 """Experiments in MuJoCo: the same log, claims and numbers as in Drake, or one line why not."""
 
-import sys
-
 import numpy as np
 import pytest
 
 from geoimp_drake import cli
 from geoimp_drake.diagrams.experiments.catalogue import EXPERIMENTS
 from geoimp_drake.diagrams.experiments.simulators import SIMULATORS
-from geoimp_drake.diagrams.setups.mujoco_run import MUJOCO_EXPERIMENTS, run_in_mujoco
+from geoimp_drake.diagrams.setups.mujoco_run import MUJOCO_EXPERIMENTS
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.experiment import run_experiment
 from geoimp_drake.simulation.log_data import read_log
@@ -103,12 +101,6 @@ def test_what_mujoco_does_not_run_is_told_in_a_line(arguments, message, tmp_path
 def test_an_unknown_simulator_is_told_with_the_valid_ones(tmp_path, capsys):
     assert run("plexiglas", "--simulator", "xyz", "--out", tmp_path / "out") == 2
     assert "'xyz'. Valid: drake, mujoco." in capsys.readouterr().err
-
-
-def test_without_the_extra_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(ConfigurationError, match=r"pip install 'geoimp-drake\[mujoco\]'"):
-        run_in_mujoco(short("consistency"))
 
 
 def test_only_runs_are_in_mujoco():
