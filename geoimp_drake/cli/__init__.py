@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
+from geoimp_drake.cli.caches import keep_caches
 from geoimp_drake.cli.commands import FAILURE, UNUSABLE
 from geoimp_drake.cli.parser import make_parser
 from geoimp_drake.errors import (
@@ -32,6 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = make_parser().parse_args(arguments)
     try:
         with _log_on_terminal(), _signals_interrupt(), drake_errors(ModelError, "Drake", raised=()):
+            keep_caches()
             return int(options.command(options))
     except GeoimpError as error:
         print(f"geoimp: {one_line(error)}", file=sys.stderr)
