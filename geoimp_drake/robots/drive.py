@@ -162,9 +162,13 @@ class Drive:
         return RobotError(f"{self._robot.name}: stopped by {by}, {done}.")
 
     def _rehearse(self, status: RobotStatus) -> None:
-        """Computes a tick for nothing: what is compiled then would keep the robot waiting."""
+        """Computes ticks for nothing: what is compiled then would keep the robot waiting.
+
+        One is a tick like most, one comes after a gap, which is bridged law by law.
+        """
         self._begin(status)
-        self._compute(replace(status, time=status.time + self._robot.period), _NO)
+        for ticks in (1, 2):
+            self._compute(replace(status, time=self._last + ticks * self._robot.period), _NO)
 
     def _first_status(self) -> RobotStatus | None:
         """Returns the first status after the start; one may be late by as long as later ones."""
