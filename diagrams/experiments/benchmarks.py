@@ -8,7 +8,9 @@ from geoimp_drake.campaigns.reproduction import Section
 from geoimp_drake.campaigns.study import Study
 from geoimp_drake.campaigns.table import Cell, Page, Table
 from geoimp_drake.diagrams.experiments.peer_speed import SpeedSection
+from geoimp_drake.diagrams.experiments.peg_at_scale import PegAtScaleSection
 from geoimp_drake.diagrams.experiments.reproduction import get_study
+from geoimp_drake.diagrams.experiments.springs_section import SpringsSection
 from geoimp_drake.scenario.loading import read_yaml
 
 __all__ = ["page", "parts"]
@@ -23,14 +25,20 @@ def page() -> Page:
     return Page("benchmark", data["title"], tables, folded=True)
 
 
-def parts(*, quick: bool) -> dict[str, Study | Section]:
+def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Section]:
     """Returns all that is run, by the name of its folder.
 
     Args:
         quick: fewer errors, cases and samples.
+        scheduler: address of a Dask scheduler whose workers run the samples of the peg in hole.
     """
-    schemes, speed = _schemes(quick), SpeedSection(quick)
-    return {part.name: part for part in (schemes, speed)}
+    every: list[Study | Section] = [
+        _schemes(quick),
+        SpringsSection(),
+        PegAtScaleSection(quick, scheduler),
+        SpeedSection(quick),
+    ]
+    return {part.name: part for part in every}
 
 
 def _schemes(quick: bool) -> Study:

@@ -21,6 +21,7 @@ from geoimp_drake.campaigns.fastest_form import fastest_form
 from geoimp_drake.campaigns.reproduction import SectionResult
 from geoimp_drake.campaigns.sweep import SWEEP_FILES, run_sweep
 from geoimp_drake.campaigns.sweep_plan import SweepPlan
+from geoimp_drake.campaigns.table import table_of
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.experiments.peg_at_scale_figure import scale_figure
 from geoimp_drake.output_folder import check_folder, write_files
@@ -205,9 +206,11 @@ class PegAtScaleSection:
             _NAME,
             ("hands.csv", "samples.csv", "plan.yaml", "scenario.yaml", "journal.jsonl"),
             result.failures,
+            (table_of("How the hands did", [asdict(hand) for hand in result.hands], _COLUMNS),),
         )
 
 
+_COLUMNS = tuple(Hand.__annotations__)
 _TEXT = (
     "Every hand gets the same draws of what the program is wrong about, of hole, friction and "
     "speed. Above the share of successes (the peg is in, with at most 50 N and 5 Nm) over how far "

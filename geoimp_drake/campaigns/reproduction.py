@@ -133,15 +133,15 @@ class SectionResult:
 
 
 class Section(Protocol):
-    """What makes such a section.
+    """What makes such a section."""
 
-    Attributes:
-        name: of its folder.
-        files: that it may write there.
-    """
+    @property
+    def name(self) -> str:
+        """Of its folder."""
 
-    name: str
-    files: tuple[str, ...]
+    @property
+    def files(self) -> tuple[str, ...]:
+        """That it may write there."""
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
         """Runs what the folder does not have yet, with settings laid over all scenarios."""

@@ -1,8 +1,9 @@
 """A table of a report, and the page that it stands on."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-__all__ = ["Cell", "Page", "Table"]
+__all__ = ["Cell", "Page", "Table", "table_of"]
 
 # Text, or a link: its words and where it leads.
 Cell = str | tuple[str, str]
@@ -23,6 +24,34 @@ class Table:
     head: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     text: str = ""
+
+
+def table_of(
+    title: str,
+    rows: Sequence[Mapping[str, str | float | None]],
+    columns: Sequence[str],
+    text: str = "",
+) -> Table:
+    """Returns some columns of rows as a table, numbers in three digits, a dash for none.
+
+    What is no zero and below a thousandth is said to be that, so that nobody compares roundings.
+
+    Args:
+        title: above it.
+        rows: cells by column.
+        columns: which of these.
+        text: what was done.
+    """
+    cells = tuple(tuple(_words(row[name]) for name in columns) for row in rows)
+    return Table(title, tuple(columns), cells, text)
+
+
+def _words(value: str | float | None) -> str:
+    if value is None:
+        return "–"
+    if not isinstance(value, float):
+        return str(value)
+    return "< 0.001" if 0.0 < abs(value) < 1e-3 else f"{value:.3g}"
 
 
 @dataclass(frozen=True)

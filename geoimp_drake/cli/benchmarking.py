@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from geoimp_drake.cli.commands import print_report, status_of
+from geoimp_drake.cli.options import add_scheduler
 
 __all__ = ["add_benchmark"]
 
@@ -31,8 +32,9 @@ def add_benchmark(subparsers: Any) -> None:
         help="run these sections (all; a wrong name lists them)",
     )
     parser.add_argument(
-        "--quick", action="store_true", help="fewer errors, cases and samples: minutes, not hours"
+        "--quick", action="store_true", help="fewer errors and cases, a tenth of the samples"
     )
+    add_scheduler(parser)
     parser.set_defaults(command=_benchmark)
 
 
@@ -43,7 +45,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     from geoimp_drake.diagrams.experiments import benchmarks
     from geoimp_drake.validation import choice
 
-    parts = benchmarks.parts(quick=options.quick)
+    parts = benchmarks.parts(quick=options.quick, scheduler=options.scheduler)
     for name in options.only or ():
         choice(name, "section", parts)
     chosen = [part for name, part in parts.items() if name in (options.only or parts)]

@@ -3,7 +3,13 @@
 import argparse
 from pathlib import Path
 
-__all__ = ["add_duration", "add_experiment", "add_overrides", "add_scenario_options"]
+__all__ = [
+    "add_duration",
+    "add_experiment",
+    "add_overrides",
+    "add_scenario_options",
+    "add_scheduler",
+]
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +34,16 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder to write (below results/)")
     parser.add_argument(
         "--seed", type=int, metavar="N", help="of the sensor's noise; of a sweep's draws"
+    )
+
+
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    """Adds the scheduler of many runs."""
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="of a Dask scheduler whose workers are used; start them with --nthreads 1, and with "
+        "TLS: whoever reaches them can run code there",
     )
 
 

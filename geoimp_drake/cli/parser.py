@@ -19,6 +19,7 @@ from geoimp_drake.cli.options import (
     add_experiment,
     add_overrides,
     add_scenario_options,
+    add_scheduler,
 )
 from geoimp_drake.diagrams.experiments.bench_cases import BENCH_CASES
 from geoimp_drake.errors import one_line
@@ -260,12 +261,7 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     )
     sweep.add_argument("--samples", type=int, metavar="N", help="how many (64)")
     sweep.add_argument("--jobs", type=int, metavar="J", help="processes (one a core)")
-    sweep.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="of a Dask scheduler whose workers are used; start them with --nthreads 1, and with "
-        "TLS: whoever reaches them can run code there",
-    )
+    add_scheduler(sweep)
     sweep.add_argument(
         "--map", nargs=2, default=(), metavar=("X", "Y"), help="varied keys of the map (first two)"
     )

@@ -41,7 +41,7 @@ def run(*arguments: str | Path) -> int:
 @pytest.fixture
 def fakes(monkeypatch):
     fakes = {name: FakeSection(name) for name in ("springs", "speed")}
-    monkeypatch.setattr(benchmarks, "parts", lambda *, quick: fakes)
+    monkeypatch.setattr(benchmarks, "parts", lambda **_: fakes)
     return fakes
 
 
@@ -69,9 +69,13 @@ def test_sections_are_chosen_by_name(fakes, tmp_path, capsys):
 
 def test_quick_is_handed_on_and_asks_for_less(monkeypatch, tmp_path):
     asked = []
-    monkeypatch.setattr(benchmarks, "parts", lambda *, quick: asked.append(quick) or {})
-    assert run("--quick", "--out", tmp_path) == run("--out", tmp_path) == 0
-    assert asked == [True, False]
+    monkeypatch.setattr(benchmarks, "parts", lambda **asks: asked.append(asks) or {})
+    assert run("--quick", "--out", tmp_path) == 0
+    assert run("--scheduler", "tcp://a:1", "--out", tmp_path) == 0
+    assert asked == [
+        {"quick": True, "scheduler": None},
+        {"quick": False, "scheduler": "tcp://a:1"},
+    ]
     monkeypatch.undo()
     whole = benchmarks.parts(quick=False)["schemes"]
     assert len(PARTS["schemes"].variants) < len(whole.variants)
@@ -94,7 +98,7 @@ def test_started_again_it_runs_what_is_missing_and_folds_single_runs(monkeypatch
     )[:2]
     names = tuple(variant.name for variant in short)
     study = replace(study, variants=short, compared=names)
-    monkeypatch.setattr(benchmarks, "parts", lambda *, quick: {"schemes": study})
+    monkeypatch.setattr(benchmarks, "parts", lambda **_: {"schemes": study})
     assert run("--jobs", "1", "--out", tmp_path) == 0
     journal, page = tmp_path / "journal.jsonl", (tmp_path / "report.html").read_bytes()
     lines = journal.read_text("utf-8").splitlines()

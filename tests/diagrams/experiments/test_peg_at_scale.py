@@ -38,6 +38,11 @@ def test_samples_end_when_the_peg_is_in_and_leave_tables_and_maps(out):
     with (out / "hands.csv").open(encoding="utf-8") as file:
         assert [row["success"] for row in csv.DictReader(file)] == ["1.0", "1.0"]
     assert result.claims[0].holds
+    (table,) = PegAtScaleSection(samples=2).run(out, 1, ()).tables
+    assert [row[:3] for row in table.rows] == [
+        ("chapter's gains", "1", "1"),
+        ("tuned gains", "1", "1"),
+    ]
 
 
 def test_more_samples_are_run_where_the_scheduler_has_its_workers(out, monkeypatch):
