@@ -26,6 +26,7 @@ _DIAGRAMS = "geoimp_drake.diagrams"
 # Of each kind of set-up the module that builds it; its scenario is in the module beside that.
 _SETUPS = {
     "single arm": ("single_arm", "SingleArmScenario", "build_single_arm"),
+    "turned arm": ("turned_arm", "TurnedArmScenario", "build_turned_arm"),
     "loose": ("loose", "LooseScenario", "build_loose"),
     "tight": ("tight", "TightScenario", "build_tight"),
 }
@@ -215,6 +216,12 @@ EXPERIMENTS = {
             "single arm",
             "collision",
         ),
+        Experiment(
+            "orientation_loop",
+            "somebody turns the hand round a closed loop: whose spring gives joules away",
+            "turned arm",
+            "orientation_loop",
+        ),
     )
 }
 
@@ -224,6 +231,7 @@ OWN = {
     setup: Experiment(name, f"your own experiment, {setup}", setup, "custom")
     for setup, name in (
         ("single arm", "custom"),
+        ("turned arm", "custom_turned"),
         ("loose", "custom_loose"),
         ("tight", "custom_tight"),
     )

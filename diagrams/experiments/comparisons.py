@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geoimp_drake.diagrams.experiments import orientation_loop
 from geoimp_drake.diagrams.experiments.consistency import misalignment_at
 from geoimp_drake.diagrams.experiments.measures import (
     Log,
@@ -120,4 +121,7 @@ COMPARISONS = {
     "peg_in_hole": Comparison(_wrench_curves, _none),
     "bar": Comparison(_wrench_curves, _agreement),
     "disturbance": Comparison(_wrench_curves, _agreement),
+    "orientation_loop": Comparison(
+        None, orientation_loop.claims_across, orientation_loop.figure_across
+    ),
 }

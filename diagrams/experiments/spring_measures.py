@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geoimp_drake.diagrams.experiments.peer_springs import SPRINGS, Spring, seo_stiffness
+from geoimp_drake.diagrams.scene.turning_hand import orientation_loop
 from geoimp_drake.rotations import quaternion, so3
 from geoimp_drake.simulation.style import figure_style
 from geoimp_drake.typing import Array
@@ -19,7 +20,6 @@ __all__ = [
     "LOOP_STIFFNESS",
     "SPRING_STYLES",
     "moment_at",
-    "orientation_loop",
     "springs_figure",
     "springs_table",
     "work_round",
@@ -48,15 +48,6 @@ SPRING_STYLES: dict[str, dict[str, Any]] = {
     "classical-euler": {"color": "#666666", "marker": "x", "linestyle": ":"},
     "alternative-euler": {"color": "#009E73", "marker": "+", "linestyle": ":"},
 }
-
-
-def orientation_loop(s: float) -> Array:
-    """Returns Q_CD (4,) on a closed loop within 71° of D, s from 0 to 2π.
-
-    It is no mirror image of itself: round such a one the work of the wrong springs vanishes too.
-    """
-    turn = np.array([0.2 + 0.9 * np.cos(s), 0.1 + 0.9 * np.sin(s), 0.6 * np.cos(2.0 * s + 0.5)])
-    return quaternion.exp(turn)
 
 
 def moment_at(spring: Spring, Q_CD: Array, K_o: Array, Q_WD: Array = _IDENTITY) -> Array:

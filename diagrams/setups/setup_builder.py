@@ -110,9 +110,11 @@ class SetupBuilder(Generic[Models]):
         wrench = self.builder.AddNamedSystem(
             "external_wrench", ExternalWrench(frame, ramp, R_WF.matrix())
         )
-        self.builder.Connect(
-            wrench.get_output_port(), self.plant.get_applied_spatial_force_input_port()
-        )
+        self.push(wrench.get_output_port())
+
+    def push(self, wrench: OutputPort) -> None:
+        """Lets a wrench act on the plant, the only one: a list of ExternallyAppliedSpatialForce."""
+        self.builder.Connect(wrench, self.plant.get_applied_spatial_force_input_port())
         self._pushes = True
 
     def record_surface(self, surface: SurfacePlacement | None, disk: Array) -> None:

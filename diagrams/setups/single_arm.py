@@ -5,11 +5,13 @@
 ```
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint
 
@@ -27,6 +29,8 @@ from geoimp_drake.diagrams.setups.true_plant import add_friction
 
 __all__ = ["add_single_arm", "build_single_arm", "model_of_single_arm"]
 
+AddHand = Callable[[SetupBuilder[Any], Frame, RigidTransform], None]
+
 
 def build_single_arm(
     scenario: SingleArmScenario,
@@ -34,6 +38,7 @@ def build_single_arm(
     *,
     live: bool = False,
     logged: bool = True,
+    add_hand: AddHand | None = None,
 ) -> Setup:
     """Builds the diagram of a scenario.
 
@@ -42,6 +47,7 @@ def build_single_arm(
         meshcat: where it is drawn, None for nowhere.
         live: add sliders there, see `SetupBuilder`.
         logged: with its log, see there.
+        add_hand: adds what else acts on E, whose pose at the start it gets.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -62,6 +68,8 @@ def build_single_arm(
     desired = setup.add_desired_motion(X_WE, scenario.segments)
     hand = add_compliant_arm(setup, scenario.arm, E, sensor_joint, desired, scenario)
     setup.add_external_wrench(E, X_WE.rotation(), scenario.external)
+    if add_hand is not None:
+        add_hand(setup, E, X_WE)
     if setup.is_logged:
         hand.record(setup)
     if scenario.body is not None and setup.is_logged:

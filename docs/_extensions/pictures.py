@@ -55,6 +55,7 @@ REPLAYS = {
 }
 FIGURES = {
     "families.webp": "singularity/comparison.png",
+    "orientation_loop.webp": "orientation_loop/comparison.png",
     "energy.webp": "plexiglas/quaternion/energy_audit.png",
 }
 SIZE, INTERVAL, PAUSE = (400, 300), 125, 1200  # [pixel], [ms], [ms] at the last frame

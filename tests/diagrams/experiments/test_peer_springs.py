@@ -16,11 +16,11 @@ from geoimp_drake.diagrams.experiments.peer_springs import (
 from geoimp_drake.diagrams.experiments.spring_measures import (
     LOOP_STIFFNESS,
     moment_at,
-    orientation_loop,
     springs_figure,
     springs_table,
     work_round,
 )
+from geoimp_drake.diagrams.scene.turning_hand import orientation_loop
 from geoimp_drake.laws.impedance import quaternion_impedance
 from geoimp_drake.laws.impedance.trace_stiffness import stiffness_from_trace_form
 from geoimp_drake.rotations import quaternion
