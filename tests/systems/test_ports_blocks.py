@@ -26,6 +26,7 @@ from geoimp_drake.controllers.cooperative_controller import make_cooperative_con
 from geoimp_drake.controllers.impedance_controller import make_impedance_controller
 from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, FLANGE, SIX, add_cell
 from geoimp_drake.diagrams.scene.colliding_body import ContactForce
+from geoimp_drake.diagrams.scene.turning_hand import HandConfig, TurningHand
 from geoimp_drake.diagrams.setups.insertion_end import InsertionEnd, InsertionWatch
 from geoimp_drake.diagrams.setups.joint_errors import VectorFunction
 from geoimp_drake.models import package_map
@@ -160,6 +161,10 @@ CASES: dict[type[LeafSystem], tuple[Callable[[], System], int]] = {
     JointReadings: (lambda: JointReadings(9), 9),
     MomentumObserver: (lambda: MomentumObserver(six_joint_model()), 6),
     ContactForce: (ContactForce, 0),
+    TurningHand: (
+        lambda: TurningHand(six_joint_plant()[2], HandConfig(), np.array([1.0, 0.0, 0.0, 0.0])),
+        0,
+    ),
     SafetyLimits: (safety_limits, 6),
     Remedies: (remedies, 6),
     Supervisor: (lambda: Supervisor(np.ones(7)), 7),
