@@ -9,6 +9,7 @@ from geoimp_drake.campaigns.study import Study
 from geoimp_drake.campaigns.table import Cell, Page, Table
 from geoimp_drake.diagrams.experiments.peer_speed import SpeedSection
 from geoimp_drake.diagrams.experiments.peg_at_scale import PegAtScaleSection
+from geoimp_drake.diagrams.experiments.published_metrics import PublishedMetricsSection
 from geoimp_drake.diagrams.experiments.reproduction import get_study
 from geoimp_drake.diagrams.experiments.springs_section import SpringsSection
 from geoimp_drake.scenario.loading import read_yaml
@@ -37,6 +38,7 @@ def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Sec
         SpringsSection(),
         PegAtScaleSection(quick, scheduler),
         SpeedSection(quick),
+        PublishedMetricsSection(),
     ]
     return {part.name: part for part in every}
 

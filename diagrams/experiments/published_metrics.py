@@ -36,7 +36,12 @@ from geoimp_drake.diagrams.experiments.measures import (
     position_offset,
     true_motion,
 )
-from geoimp_drake.diagrams.experiments.published_table import figure, rows_of, table
+from geoimp_drake.diagrams.experiments.published_table import (
+    figure,
+    report_table,
+    rows_of,
+    table,
+)
 from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.errors import one_line
 from geoimp_drake.output_folder import write_files
@@ -220,6 +225,7 @@ class PublishedMetricsSection:
             _NAME,
             (f"{_NAME}.csv", _JOURNAL),
             {key: failure for key, ended in finished.items() if (failure := _failure(ended))},
+            (report_table(plan, rows),),
         )
 
 

@@ -9,9 +9,10 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from geoimp_drake.campaigns.table import Table
 from geoimp_drake.simulation.style import figure_style
 
-__all__ = ["Row", "figure", "rows_of", "table"]
+__all__ = ["Row", "figure", "report_table", "rows_of", "table"]
 
 _OURS = "this library"
 
@@ -73,6 +74,21 @@ def table(plan: Mapping[str, Any], rows: Sequence[Row]) -> str:
         cells = number, metric["unit"], row.of, row.conditions, row.source, row.read
         writer.writerow((metric["name"], *cells, metric["differs"]))
     return text.getvalue()
+
+
+def report_table(plan: Mapping[str, Any], rows: Sequence[Row]) -> Table:
+    """Returns one row a metric: the published numbers, ours, and what is not comparable."""
+    cells = []
+    for name, metric in plan["metrics"].items():
+        own = [row for row in rows if row.metric == name]
+        theirs = "; ".join(f"{row.value:.4g}, {row.of}, {row.source}" for row in own if row.source)
+        ours = "; ".join(
+            f"{row.value:.2g}, {row.of.removeprefix(f'{_OURS}, ')}" for row in own if not row.source
+        )
+        title = f"{metric['name']} [{metric['unit']}]"
+        cells.append((title, theirs or "none found", ours or "–", metric["differs"]))
+    head = ("metric", "published", "ours", "not comparable")
+    return Table("Published numbers and ours", head, tuple(cells), plan["text"])
 
 
 def figure(plan: Mapping[str, Any], rows: Sequence[Row]) -> Figure:
