@@ -17,6 +17,7 @@ from geoimp_drake.scenario.loading import read_yaml
 __all__ = ["page", "parts"]
 
 _QUICK = ("exact", "mass-10", "friction-1")  # errors under which every scheme is run
+_QUICK_SPRINGS = ("quaternion", "axis-angle")
 
 
 def page() -> Page:
@@ -34,7 +35,8 @@ def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Sec
         scheduler: address of a Dask scheduler whose workers run the samples of the peg in hole.
     """
     every: list[Study | Section] = [
-        _schemes(quick),
+        _part(get_study("orientation_loop"), _QUICK_SPRINGS if quick else None),
+        replace(_part(get_study("disturbance"), _QUICK if quick else None), name="schemes"),
         SpringsSection(),
         PegAtScaleSection(quick, scheduler),
         SpeedSection(quick),
@@ -43,14 +45,10 @@ def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Sec
     return {part.name: part for part in every}
 
 
-def _schemes(quick: bool) -> Study:
-    """Returns every scheme with errors of the model, as `geoimp reproduce` has them."""
-    study = get_study("disturbance")
-    variants = tuple(
-        variant for variant in study.variants if not quick or variant.name.endswith(_QUICK)
-    )
-    names = tuple(variant.name for variant in variants)
-    return replace(study, name="schemes", variants=variants, compared=names)
+def _part(study: Study, endings: tuple[str, ...] | None) -> Study:
+    """Returns a study of `geoimp reproduce` with the variants whose names end so; None for all."""
+    variants = tuple(v for v in study.variants if endings is None or v.name.endswith(endings))
+    return replace(study, variants=variants, compared=tuple(v.name for v in variants))
 
 
 def _table(data: dict[str, Any], address: str) -> Table:

@@ -81,6 +81,19 @@ def test_quick_is_handed_on_and_asks_for_less(monkeypatch, tmp_path):
     assert len(PARTS["schemes"].variants) < len(whole.variants)
 
 
+def test_every_part_has_its_name_and_a_study_compares_what_it_runs():
+    assert list(PARTS) == [
+        "orientation_loop",
+        "schemes",
+        "springs",
+        "peg_at_scale",
+        "speed",
+        "published_metrics",
+    ]
+    names = [variant.name for variant in PARTS["orientation_loop"].variants]
+    assert names == list(PARTS["orientation_loop"].compared) == ["quaternion", "axis-angle"]
+
+
 def test_every_scheme_is_run_with_every_error_of_the_quick_ones():
     names = {variant.name for variant in PARTS["schemes"].variants}
     schemes = ("inner-loop", "direct", "natural-inertia", "admittance")

@@ -18,7 +18,7 @@ from geoimp_drake.diagrams.experiments.published_metrics import (
     step_metrics,
     task_metrics,
 )
-from geoimp_drake.diagrams.experiments.published_table import rows_of
+from geoimp_drake.diagrams.experiments.published_table import report_table, rows_of
 from geoimp_drake.scenario.loading import read_yaml
 
 PLAN = read_yaml(Path(published_metrics.__file__).with_suffix(".yaml"))
@@ -46,6 +46,18 @@ def test_every_published_number_has_a_metric_a_source_and_what_was_read():
         assert all((metric["name"], metric["unit"], metric["differs"]))
     assert {row["source"] for row in PLAN["published"]} == PLAN["sources"].keys()
     assert PLAN["not_found"]
+
+
+def test_a_report_has_one_row_a_metric_with_theirs_and_ours():
+    values = {"known plant": {"overshoot": 31.0}}
+    table = report_table(PLAN, rows_of(PLAN, values))
+    assert len(table.rows) == len(PLAN["metrics"])
+    (row,) = (row for row in table.rows if row[0].startswith("force overshoot"))
+    assert row[2] == "31, known plant"
+    assert all(
+        f"{own['value']:.4g}" in row[1] for own in PLAN["published"] if own["metric"] == "overshoot"
+    )
+    assert row[3] == PLAN["metrics"]["overshoot"]["differs"]
 
 
 def test_what_was_derived_is_the_published_watts_over_the_ideal_power_of_that_step():
