@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 OUT ?= results
 PDF_ENGINE ?= xelatex
 
-.PHONY: run test lint format types tests coverage docs dist paper browser clean
+.PHONY: run test lint format types tests coverage docs dist pypi-readme paper browser clean
 
 run: $(STAMP) # prints where the report is; started again, it does what is missing
 	@$(BIN)/geoimp reproduce --out $(OUT)
@@ -36,9 +36,17 @@ docs: $(STAMP) # what tests/test_documentation.py builds, to be read: build/docs
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/docs
 
 dist: $(STAMP) # the archives of a release, checked; a test looks at what they contain
-	rm -rf dist
-	$(BIN)/python -m build
+	rm -rf dist build/release
+	git checkout-index --all --prefix=build/release/
+	$(MAKE) -s pypi-readme > build/release/README.md
+	$(BIN)/python -m build --outdir dist build/release
 	$(BIN)/twine check --strict dist/*
+
+pypi-readme: # the README for PyPI: what it links to and shows is that of the release on the forge
+	@repository=$$(sed -n 's/^Repository = "\(.*\)"/\1/p' pyproject.toml); \
+	version=v$$(sed -n 's/^__version__ = "\(.*\)"/\1/p' geoimp_drake/__init__.py); \
+	sed -E -e "s|(!\[[^]]*\]\()([^:)]+\))|\1$$repository/raw/$$version/\2|g" \
+		-e "s|(\]\()([^:)]+\))|\1$$repository/blob/$$version/\2|g" README.md
 
 paper: # needs pandoc, and what makes PDF for it: xelatex, or weasyprint, which pip installs
 	@command -v pandoc > /dev/null || { echo "pandoc is not installed: apt-get install pandoc"; exit 1; }

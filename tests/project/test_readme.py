@@ -2,12 +2,14 @@
 
 import re
 import shutil
+import subprocess
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
 from documents import README, blocks, commands, execute
+from library_tree import PYPROJECT
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -15,6 +17,7 @@ from pydrake.multibody.tree import WeldJoint
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+import geoimp_drake
 from geoimp_drake import cli
 from geoimp_drake.models import model_path
 from geoimp_drake.robots.driver_config import DriverConfig
@@ -85,6 +88,19 @@ def test_the_scenario_of_a_franka_can_be_driven(tmp_path, monkeypatch, capsys):
     printed = re.findall(r"^(fr3_joint\d) +q .* torque ", capsys.readouterr().out, re.MULTILINE)
     assert printed == [f"fr3_joint{k}" for k in range(1, 8)]
     DriverConfig(**parse_yaml(yaml, "franka.yaml")["robot"]["driver"]).validate("robot.driver")
+
+
+def test_on_pypi_its_pictures_and_links_are_those_of_the_release():
+    make = ["make", "--silent", "pypi-readme"]
+    text = subprocess.check_output(make, cwd=README.parent, text=True)
+    release = f"{PYPROJECT['project']['urls']['Repository']}/%s/v{geoimp_drake.__version__}/"
+    found = re.findall(r"(!?)\[[^]]*\]\(([^)#]+)", text)
+    ours = [(mark, path) for mark, path in found if "drake.mit.edu" not in path]
+    addresses = {"!": release % "raw", "": release % "blob"}
+    assert [path for mark, path in ours if not path.startswith(addresses[mark])] == []
+    paths = [path.removeprefix(addresses[mark]) for mark, path in ours]
+    assert [path for path in paths if not (README.parent / path).exists()] == []
+    assert [mark for mark, _ in ours].count("!") == 2
 
 
 def test_results_of_the_readme_are_those_of_the_validation():
