@@ -109,7 +109,7 @@ def write_files(folder: Path, contents: Iterable[tuple[str, bytes | str]]) -> li
     if failed:
         first = next(iter(failed.values()))
         raise OutputError(
-            f"In {folder} could not be written: {', '.join(failed)} ({_reason(first)}). "
+            f"Not written in {folder}: {', '.join(failed)} ({_reason(first)}). "
             f"Written: {', '.join(written) or 'nothing'}."
         ) from first
     return [folder / name for name in written]

@@ -38,7 +38,7 @@ def check_regular(path: Path, what: str, largest: int = LARGEST_TEXT) -> None:
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"The {what} {path} cannot be read: {error}") from None
     if not stat.S_ISREG(status.st_mode):
-        raise ConfigurationError(f"The {what} {path} cannot be read: it is no regular file.")
+        raise ConfigurationError(f"The {what} {path} cannot be read: it is not a regular file.")
     if status.st_size > largest:
         raise ConfigurationError(
             f"The {what} {path} has {status.st_size / 1e6:.3g} MB; at most {largest / 1e6:.3g} MB "

@@ -128,9 +128,7 @@ def test_what_cannot_be_moved_into_its_place_leaves_nothing(out, monkeypatch):
         raise OSError("no")
 
     monkeypatch.setattr(Path, "replace", replace)
-    with pytest.raises(
-        OutputError, match=r"could not be written: file \(no\)\. Written: nothing\."
-    ):
+    with pytest.raises(OutputError, match=r"Not written in .*: file \(no\)\. Written: nothing\."):
         write_file(out / "file", "content")
     assert contents(out) == {}
 
@@ -278,7 +276,7 @@ def test_where_a_disk_becomes_full_what_found_room_is_kept(disk, capsys):
     assert cli.main(command) == 1
     error = capsys.readouterr().err
     assert re.fullmatch(
-        r"geoimp: In .*/out could not be written: figure_5_3.png.* \(No space left on device\)\. "
+        r"geoimp: Not written in .*/out: figure_5_3.png.* \(No space left on device\)\. "
         r"Written: log\.npz, scenario\.yaml, metrics\.json.*\n",
         error,
     ), error
@@ -294,7 +292,7 @@ def test_a_sweep_that_fills_the_disk_is_kept_and_gone_on_with(disk, capsys):
     assert cli.main(arguments) == 1
     error = capsys.readouterr().err
     assert re.fullmatch(
-        r"geoimp: In .* could not be written: .*success_map.* \(No space left on device\)\. "
+        r"geoimp: Not written in .*: .*success_map.* \(No space left on device\)\. "
         r"Written: scenario\.yaml, plan\.yaml, samples\.csv.*\n",
         error,
     ), error

@@ -56,7 +56,7 @@ def test_what_is_no_regular_file_is_named(path):
     ids=["scenario", "program", "robot"],
 )
 def test_no_reader_waits_for_a_pipe(read, pipe):
-    with pytest.raises(ConfigurationError, match=r"pipe cannot be read: it is no regular file"):
+    with pytest.raises(ConfigurationError, match=r"pipe cannot be read: it is not a regular file"):
         read(pipe)
 
 
@@ -73,5 +73,5 @@ def test_no_reader_waits_for_a_pipe(read, pipe):
 def test_no_command_waits_for_a_pipe(arguments, pipe, tmp_path, capsys):
     given = [argument.format(pipe) for argument in arguments]
     assert cli.main([*given, "--out", str(tmp_path / "out")]) == 2
-    assert re.fullmatch(r"geoimp: .*no regular file\.\n", capsys.readouterr().err)
+    assert re.fullmatch(r"geoimp: .*not a regular file\.\n", capsys.readouterr().err)
     assert not (tmp_path / "out").exists()

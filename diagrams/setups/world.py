@@ -211,8 +211,9 @@ class WorldConfig:
             )
         if self.torque_delay and self.delay_steps(time_step) == 0:
             raise ConfigurationError(
-                f"{key(name, 'torque_delay')} is {self.torque_delay:g} s, which is no whole number "
-                f"of the plant's steps of {time_step:g} s. Give a multiple of plant.time_step."
+                f"{key(name, 'torque_delay')} is {self.torque_delay:g} s, which is not a whole "
+                f"number of the plant's steps of {time_step:g} s. Give a multiple of "
+                "plant.time_step."
             )
 
     def delay_steps(self, time_step: float) -> int:

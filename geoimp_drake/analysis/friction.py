@@ -70,8 +70,8 @@ def friction_from_log(
     speeds, times = _means(t, v), np.diff(t)
     if len(left) < 3 * BLOCK or times.max() > 2.0 * times.min():
         raise ConfigurationError(
-            f"The log has {len(t)} rows, or gaps in its times; friction takes {3 * BLOCK + _WINDOW}"
-            f" at the same distance. Run longer, or with a smaller log_period."
+            f"The log has {len(t)} rows, or gaps in its times; friction needs {3 * BLOCK + _WINDOW}"
+            f" at equal intervals. Run longer, or with a smaller log_period."
         )
     return tuple(
         _of_joint(name, v[:, k], speeds[:, k], left[:, k])

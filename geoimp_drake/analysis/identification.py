@@ -121,7 +121,7 @@ def identify(
     window = _hann(t) if frame == "E" else np.ones(1)
     if len(t) < (least := len(window) + BLOCK * _BLOCKS):
         raise ConfigurationError(
-            f"The log has {len(t)} samples; to read the impedance of {frame} takes {least}. Run "
+            f"The log has {len(t)} samples; the impedance of {frame} needs {least}. Run "
             f"longer, or with a smaller log_period."
         )
     if frame == "E":
@@ -154,7 +154,7 @@ def moving(log: Mapping[str, Array]) -> list[str]:
 def _times(log: Mapping[str, Array]) -> Array:
     t = np.asarray(log.get("t", ()))
     if t.ndim != 1 or len(t) < 2 or not np.all(np.diff(t) > 0.0):
-        raise ConfigurationError("The log's times 't' are not at least two that ascend.")
+        raise ConfigurationError("The log's times 't' must be at least two, in ascending order.")
     return t
 
 

@@ -135,7 +135,7 @@ def _positive(text: str, whole: str) -> float:
         number = float(text)
     except ValueError:
         raise ConfigurationError(
-            f"{quoted(text)} in {quoted(whole)} is no number; give one."
+            f"{quoted(text)} in {quoted(whole)} is not a number; give one."
         ) from None
     positive(number, f"The number in {quoted(whole)}")
     return number

@@ -40,8 +40,8 @@ def tuning_of(
     model = ContactModel(_on_wall(loop, encounter, measured), encounter)
     if not np.isfinite(model.given["M"]):
         raise ConfigurationError(
-            "The hand is not compliant along the wall's normal, so that no gain changes its "
-            "contact; give impedance.axes that have it."
+            "The hand is not compliant along the wall's normal, so no gain changes its contact; "
+            "give impedance.axes that have it."
         )
     walls = tuple(sorted({model.wall, *(plan.surface_stiffness or ())}))
     return Tuning(

@@ -79,8 +79,8 @@ def _asked(file: Path) -> Any:
 
     if not file.exists():
         raise ConfigurationError(
-            f"{file} is not there; what the log was asked to show is in its scenario: give it with "
-            f"--scenario."
+            f"{file} is missing, and it says what the log was asked to show. Give the scenario "
+            "with --scenario."
         )
     return get_experiment(named_in(file)).scenario((read_layer(file),))
 
@@ -103,8 +103,8 @@ def _tell_friction(log: Any, scenario: Any, json_file: Path | None) -> int:
 
     if not isinstance(scenario, SingleArmScenario):
         raise ConfigurationError(
-            "The scenario has two arms, and friction is identified of one. Give the log of a run "
-            "of one arm."
+            "The scenario has two arms, but friction is identified for one arm only. Give the log "
+            "of a run with one arm."
         )
     found = friction_from_log(log, scenario.arm, model_of_single_arm(scenario))
     rows: list[tuple[str, ...]] = [("joint", "Coulomb [Nm, N]", "± 95 %", "viscous*", "± 95 %")]

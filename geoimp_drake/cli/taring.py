@@ -80,8 +80,8 @@ def _read_postures(file: Path) -> Array:
     data = parse_yaml(read_text(file, "list of postures"), str(file))
     if not isinstance(data, list) or not all(isinstance(row, list) for row in data):
         raise ConfigurationError(
-            f"{file} is no list of postures: give one line '- [q1, q2, …]' [rad, m] for each, base "
-            f"first."
+            f"{file} is not a list of postures: give one line '- [q1, q2, …]' [rad, m] for each, "
+            "base first."
         )
     whole_number(len(data), f"the number of postures in {file}", 2, _MOST_POSTURES)
     return finite_array(np.array(data, dtype=object), str(file), (len(data), len(data[0])))

@@ -120,8 +120,8 @@ class SamplingConfig:
         if round(steps) == 0 or abs(steps - round(steps)) > _RATIO_TOLERANCE * steps:
             raise ConfigurationError(
                 f"{key(name, 'period')} is {self.period:g} s and the plant's time step "
-                f"{time_step:g} s: positions differ by the motion of one step in one sample and of "
-                f"another number in the next. Give a multiple of the time step, or "
+                f"{time_step:g} s: the number of steps between two samples would vary, and with "
+                "it the velocity. Give a multiple of the time step, or "
                 f"{key(name, 'velocity')}: measured."
             )
 

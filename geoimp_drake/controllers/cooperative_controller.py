@@ -40,8 +40,8 @@ def make_cooperative_controller(
     """Makes a controller of two arms of `plant` that hold one object tightly.
 
     The object behaves as a mass, damper and spring about the desired motion: by (3.1) and (3.30),
-    or the orientation family of the configuration. The hands follow the references (4.10)-(4.15);
-    unless switched off, an impedance on the internal wrench bounds the squeezing, and both hands
+    or the orientation family of the configuration. The hands follow the references (4.10)-(4.15).
+    Unless switched off, an impedance on the internal wrench bounds the squeezing, and both hands
     come to rest when a grasp opens.
 
     ```
@@ -53,15 +53,15 @@ def make_cooperative_controller(
     estimated_state_1, _2 ─▶ joint_readings ─▶ arm_model ────────────────────┘
     ```
 
-    With `config.form` "blocks" it is a Diagram of these systems, those of each arm in a Diagram of
-    its own; with "compiled" it is one system with the same ports and numbers, which takes less
-    time: see `geoimp_drake.parts.two_arms`.
+    With `config.form` "blocks" it is a Diagram of these systems, with a Diagram for each arm. With
+    "compiled" it is one system with the same ports and numbers, which takes less time: see
+    `geoimp_drake.parts.two_arms`.
 
-    Each arm is controlled as a single one is, see `make_impedance_controller`, with its own wrench
-    in (2.3), the load that it carries included; the object's weight and inertial load are removed
-    from the impedance's wrench alone. The object's frame O (4.1), (4.4) is halfway between the
-    end-effector frames, which may be any frames fixed in the hands; C starts at rest on its
-    measured pose, so place the desired motion by `object_motion`.
+    Each arm is controlled as a single one, see `make_impedance_controller`. Its own wrench in (2.3)
+    includes the load that it carries. The object's weight and inertial load are removed from the
+    impedance's wrench alone. The object's frame O (4.1), (4.4) is halfway between the end-effector
+    frames, which may be any frames fixed in the hands. C starts at rest on its measured pose, so
+    place the desired motion by `object_motion`.
 
     Args:
         plant: finalized, contains both arms at any base poses; what else it contains is ignored.

@@ -51,8 +51,8 @@ class GainDesign:
         K_e = symmetric(given if given.ndim == 2 else np.diag(np.broadcast_to(given, 3)), name)
         if (least := float(np.linalg.eigvalsh(K_e)[0])) < 0.0:
             raise ConfigurationError(
-                f"{name} has the eigenvalue {least:.6g}; an environment pushes back or does not: "
-                f"give none below 0."
+                f"{name} has the eigenvalue {least:.6g}; an environment cannot pull: give "
+                "eigenvalues of 0 or more."
             )
         return K_e
 

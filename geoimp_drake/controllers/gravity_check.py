@@ -39,16 +39,16 @@ _PASSING = {
 def check_gravity(diagram: Diagram) -> None:
     """Checks that an arm under a controller of this library has its weight held exactly once.
 
-    From the controllers' `actuation` torques are followed, through diagrams in the diagram and
-    through systems that hold, limit, order or switch them, to the plants that they drive. On the
-    way Drake's `InverseDynamics` may be added, as `SimIiwaDriver` and `MakeHardwareStation` do.
-    What goes through other systems, or has other things added to it, is not judged.
+    It follows the torques from the controllers' `actuation` to the plants that they drive. The way
+    may go through diagrams in the diagram, and through systems that hold, limit, order or switch
+    them. On the way Drake's `InverseDynamics` may be added, as `SimIiwaDriver` and
+    `MakeHardwareStation` do. Torques that go through other systems, or to which others are added,
+    are not judged.
 
     Args:
         diagram: finished.
 
-    Raises:
-        ConfigurationError: a weight is held twice, or by nobody.
+    Raises: ConfigurationError: a weight is held twice, or not at all.
     """
     wires = _Wires(diagram)
     for port, model in wires.controllers():
@@ -66,7 +66,7 @@ def _contradiction(controller: str, arm: str, helper: str) -> str:
             f"weight, and was made with gravity='controller'. Make it with gravity='robot'."
         )
     return (
-        f"Gravity would be compensated by nobody: {where}, which has weight, and was made with "
+        f"Gravity would not be compensated: {where}, which has weight, and was made with "
         f"gravity='robot'. Make it with gravity='controller'."
     )
 

@@ -54,8 +54,8 @@ class _Gains:
     def _check_design(self, design: GainDesign, name: str, where: str) -> None:
         if self.principal_axes is not None or getattr(self, "stiffness_form", "") == "seo":
             raise ConfigurationError(
-                f"{where} takes its stiffness as it is: with it leave principal_axes and "
-                f"stiffness_form out, and give a stiffness along other axes as a 3×3 matrix."
+                f"{where} takes its stiffness as it is. Leave principal_axes and stiffness_form "
+                "out, and give a stiffness along other axes as a 3×3 matrix."
             )
         for gain, value in zip(GAINS, design.gains(where), strict=True):
             one, other = (spd_matrix(g, key(name, gain)) for g in (getattr(self, gain), value))

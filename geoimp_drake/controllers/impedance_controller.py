@@ -60,10 +60,10 @@ def make_impedance_controller(
     `config.limits` is null; what it leaves undone holds C back.
 
     With `config.form` "blocks" it is a Diagram of these systems, each of which you may look at, log
-    or exchange; with "compiled" it is one system with the same ports and numbers, which takes less
+    or exchange. With "compiled" it is one system with the same ports and numbers, which takes less
     time: see `geoimp_drake.parts.impedance_controller`.
 
-    With `config.scheme` "direct" the block `impedance` has no state: C is E as measured, with the
+    With `config.scheme` "direct" the block `impedance` has no state. C is E as measured, with the
     acceleration that makes the impedance the closed loop of E. Then `motion_control` finds no error
     and passes that acceleration on; see `systems.direct_impedance.DirectImpedance`.
 
@@ -74,14 +74,14 @@ def make_impedance_controller(
     desired_motion, wrench ─▶ impedance ─C─▶ inverse_kinematics ─▶ joint_reference ─▶ servos
     ```
 
-    Then `joint_reference`, [q_d; q̇_d] in the plant's order (2n), and `reference_error` (6) are in
-    the place of the outputs of the inner loop; `measured_motion`, and those of the impedance, are
-    the same. `motion` and `gravity` have no effect.
+    Then `joint_reference`, [q_d; q̇_d] in the plant's order (2n), and `reference_error` (6) replace
+    the outputs of the inner loop. `measured_motion` and the outputs of the impedance are the same.
+    `motion` and `gravity` have no effect.
 
-    The controller makes its own model of the arm and of all that is welded to it; the joints of
-    other model instances that hang on the arm (a gripper's fingers) count as locked in their
-    default positions. The plant's own friction model is viscous; forces from elements other than
-    gravity and joint damping are not compensated.
+    The controller makes its own model of the arm and of all that is welded to it. Joints of other
+    model instances on the arm (a gripper's fingers) count as locked in their default positions. The
+    plant's own friction model is viscous. Forces from elements other than gravity and joint damping
+    are not compensated.
 
     Args:
         plant: finalized, contains the arm at any base pose; whatever else it contains is ignored.

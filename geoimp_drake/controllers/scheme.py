@@ -91,14 +91,15 @@ class SchemeConfig:
             return
         if self.is_natural:
             raise ConfigurationError(
-                "sensor.inertial_load is 'reference'; with inertia: natural that is the "
-                "acceleration which E would have without a wrench, and what is removed for it in "
-                "contact falsifies the reading. Give sensor.inertial_load: plant."
+                "sensor.inertial_load is 'reference'; with inertia: natural it removes the load "
+                "of the acceleration that E would have without a wrench, which falsifies the "
+                "reading in contact. Give sensor.inertial_load: plant."
             )
         _log.warning(
-            "sensor.inertial_load is 'reference'; with scheme: direct that is the acceleration "
-            "that the law asks of E, not the one it has where the model is wrong, and the wrench "
-            "is off by the tool's mass times their difference. Give sensor.inertial_load: plant."
+            "sensor.inertial_load is 'reference'; with scheme: direct it removes the load of the "
+            "acceleration that the law asks of E. Where the model is wrong, E has another one, "
+            "and the wrench is off by the tool's mass times the difference. Give "
+            "sensor.inertial_load: plant."
         )
 
     def check_scheme(self, name: str, impedance: _Impedance) -> None:

@@ -119,8 +119,8 @@ def warn_of_sensed_inertia(
     gains = "" if impedance else " at a controller's default gains"
     _log.warning(
         f"The sensor at {sensor.mounting.joint_name} carries {100 * seen.share():.1f} % of the "
-        f"inertia that its arm moves there, and its inertial_load is '{load}': the loop through "
-        f"what the reading keeps of the last acceleration is unstable{gains}; motions grow by "
+        f"inertia that its arm moves there, and its inertial_load is '{load}': what the reading "
+        f"keeps of the last acceleration makes the loop unstable{gains}; motions grow by "
         f"{100 * (growth - 1):.2g} % in a step of {1e3 * loop.step:g} ms. Set inertial_load to "
         f"'plant', or put the sensor where less of the last link is beyond it."
     )

@@ -251,8 +251,9 @@ def _check_fixed(plant: MultibodyPlant, joint: Joint, E: Frame) -> None:
         names = ", ".join(f"'{further.name()}'" for further in moving)
         between = f" ({names} move between them)"
     raise ModelError(
-        f"Frame '{E.name()}' is not fixed beyond joint '{joint.name()}'{between}: the sensor would "
-        f"not feel what happens there alone. Fixed beyond it are frames on these bodies: "
+        f"Frame '{E.name()}' is not fixed beyond joint '{joint.name()}'{between}: the sensor "
+        "would not measure the wrench on this frame alone. Fixed beyond it are frames on these "
+        "bodies: "
         f"{', '.join(sorted(body.name() for body in fixed))}."
     )
 

@@ -198,7 +198,9 @@ def _step(table: SymbolTable, statement: "Tree", text: str) -> Step:
 
 def _override(table: SymbolTable, variable: "Token", term: "Tree", place: str) -> SpeedOverride:
     if variable.upper() != "$ARM_OVR":
-        raise table.error(variable, f"unknown system variable '{variable}'; there is $ARM_OVR")
+        raise table.error(
+            variable, f"unknown system variable '{variable}'; the only one is $ARM_OVR"
+        )
     percent = _number(table, term, "$ARM_OVR")
     if not 1 <= percent <= 100:
         raise table.error(

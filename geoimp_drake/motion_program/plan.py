@@ -252,7 +252,7 @@ class _Planner:
         if excess > 1.0:
             raise ConfigurationError(
                 f"{label}: {self.model.joint_names[joint]} would move at {speeds[k, joint]:.3g} "
-                f"{times[k] - times[0]:.3g} s after its begin, allowed "
+                f"{times[k] - times[0]:.3g} s after its start, allowed "
                 f"{self.joint_speeds[joint]:.3g} [rad/s or m/s]. Set the speed override to "
                 f"{100 * self.override / excess:.3g} % or less before it."
             )

@@ -22,8 +22,8 @@ __all__ = ["ImpedanceTick"]
 class ImpedanceTick:
     """Does what an `ImpedanceController` does in a tick of a loop in which nothing is unusual.
 
-    In any other tick it leaves everything as it is, and returns False: then its pieces are called
-    one after the other, which know what to do and name what is wrong.
+    In any other tick it leaves everything as it is, and returns False. Then its pieces are called
+    one after the other; they know what to do and name what is wrong.
 
     Args:
         impedance: of the end effector.

@@ -53,7 +53,7 @@ class GainWatch:
     """Warns once where a constant gain K_n is too large for the period.
 
     Null-space motion decays by ė_n = −NB⁻¹K_n e_n. Between two readings the torques are held, so it
-    grows if the period times a rate of decay exceeds 2; how large that is depends on the posture.
+    grows if the period times a rate of decay exceeds 2. How large that is depends on the posture.
 
     Args:
         K: K_n (n, n).
@@ -90,7 +90,7 @@ class GainWatch:
             f"{system}: K_n of the null-space motion is too large at t = {time:.3f} s: the "
             f"motion grows where the period, {self.period:g} s, times its rate of decay exceeds "
             f"{_UNSTABLE:g}, and in this posture that is {self.period * rate:.3g}. Give kappa, a "
-            f"rate in 1/s, in the place of K_n, or a K_n more than "
+            f"rate in 1/s, instead of K_n, or a K_n more than "
             f"{self.period * rate / _UNSTABLE:.3g} times smaller."
         )
         return True

@@ -44,7 +44,7 @@ class ObjectLoad:
         smallest = float(np.linalg.eigvalsh(inertia)[0])
         if smallest < -1e-9:
             raise ConfigurationError(
-                f"{where} is not that of a body: it must be without negative eigenvalues; the "
+                f"{where} is not the inertia of a body: it must have no negative eigenvalue; the "
                 f"smallest is {smallest:.4g} kg m²."
             )
 

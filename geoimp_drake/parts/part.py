@@ -1,8 +1,8 @@
 """A part of a controller: named inputs, memory, state and outputs, without a Drake system.
 
-A part holds gains and compiled laws, never signals: its memory is an array that the caller passes
-in, so one part serves any number of contexts. `systems.part_system.PartSystem` makes a
-LeafSystem of any part; a part that contains others calls them itself.
+A part holds gains and compiled laws, never signals. Its memory is an array that the caller passes
+in, so one part serves any number of contexts. `systems.part_system.PartSystem` makes a LeafSystem
+of any part; a part that contains others calls them itself.
 
 The protocols below name what a part may have; only `Part` is required. In a class that needs
 no memory, `memory` is an empty `Memory`.
@@ -52,7 +52,7 @@ class Memory:
         places: list[Array] = []
         size = 0
         if "start" in start:
-            raise TypeError("A place cannot be called 'start': the whole is.")
+            raise TypeError("A place cannot be called 'start': that is the name of the whole.")
         for name, value in start.items():
             values = np.atleast_1d(value.start if isinstance(value, Memory) else value)
             is_number = not isinstance(value, Memory) and np.ndim(value) == 0

@@ -33,8 +33,8 @@ _MOST_STEPS = 1000
 class PartLoop:
     """Runs a part as a simulator with steps of explicit Euler runs its system.
 
-    In a tick the part samples the new readings; its continuous state is integrated over the time
-    since the tick before, with these readings and the old targets; its outputs follow from all of
+    In a tick the part samples the new readings. Its continuous state is integrated over the time
+    since the tick before, with these readings and the old targets. Its outputs follow from all of
     them. A simulator does the same: a discrete plant is read as it will be at the end of a step.
     Lost ticks are made up for in steps of a period of the part's samples at most.
 

@@ -23,7 +23,7 @@ def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
     """Returns α (n,) at the minimum of ½αᵀHα + fᵀα with bounds of α and of Bα.
 
     Where not all of them can be kept, those of Bα are kept, and α leaves its own by as little as it
-    must: |Bα| within bounds that contain a point can always be kept.
+    must. |Bα| within bounds that contain a point can always be kept.
 
     Args:
         H: symmetric positive definite (n, n).

@@ -34,7 +34,7 @@ __all__ = ["Remedies"]
 class Remedies:
     """The part of `systems.arm.remedies.Remedies`.
 
-    As a step begins, it is found what to add from the next sample of the readings on: then every
+    As a step begins, it computes what to add from the next sample of the readings on. Then every
     form and plant has the same torques, and those that the observer is told have acted.
 
     Args:

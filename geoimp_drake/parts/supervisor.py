@@ -56,8 +56,8 @@ _BLIND = ", D is C"  # ends a reason to brake
 class Supervisor:
     """The part of `systems.supervisor.Supervisor`; arguments and errors are the same.
 
-    The desired motion that it hands on and the torques that it lets pass depend on its memory, so
-    that it may stand before and behind a controller at once.
+    The desired motion and the torques that it passes on depend on its memory, so that it may stand
+    before and behind a controller at once.
     """
 
     def __init__(

@@ -173,9 +173,9 @@ class ArmAssembly:
         if name is not None:
             if name not in welds:
                 raise ModelError(
-                    f"'{name}' is no fixed joint between the last moving link and frame "
-                    f"'{self._E.name()}'. Valid: {', '.join(welds) or 'none'}. Give no sensor "
-                    f"joint to have one put there."
+                    f"'{name}' is not a fixed joint between the last moving link and frame "
+                    f"'{self._E.name()}'. Valid: {', '.join(welds) or 'none'}. Leave the sensor "
+                    "joint out to have one put there."
                 )
             return welds[name]
         if welds:

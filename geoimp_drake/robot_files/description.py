@@ -108,7 +108,7 @@ def _inline(element: ET.Element, folder: Path, within: tuple[Path, ...]) -> None
             file = folder / child.attrib["file"]
             if file in within:
                 raise ConfigurationError(
-                    f"{within[-1]} includes {file}, in which it stands itself."
+                    f"{within[-1]} includes {file}, which includes it in turn."
                 )
             included = read_xml(file)
             _inline(included, folder, (*within, file))

@@ -121,8 +121,8 @@ def _check_range(joint: ET.Element, format: str) -> None:
     if low > high:
         raise ConfigurationError(
             f"{place_of(joint)}: the limits of joint {quoted(joint.get('name'))} are {low:g} and "
-            f"{high:g}, the lower above the upper; exchange them, or take them out if there are "
-            f"none."
+            f"{high:g}, the lower above the upper; exchange them, or remove them if the joint has "
+            "no limits."
         )
 
 

@@ -37,9 +37,7 @@ def _inline(
         if include.tag == "include":
             file = _file_of(include, packages, within[-1])
             if file in within:
-                raise ConfigurationError(
-                    f"{place_of(include)}: {file} is included where it stands itself."
-                )
+                raise ConfigurationError(f"{place_of(include)}: {file} includes itself.")
             model[place] = included = _model_of(include, file)
             for inner in included.iter("model"):
                 _inline(inner, packages, (*within, file))

@@ -28,8 +28,9 @@ def check_fit(robot: RobotArm, loop: ControlLoop | AdmittanceLoop) -> None:
             f"{loop.period:g} s. Give it the robot's."
         )
     if isinstance(loop, ControlLoop) and robot.gravity != loop.gravity:
+        held = "be compensated twice" if robot.gravity == "robot" else "not be compensated"
         raise ConfigurationError(
-            f"Gravity would be compensated {'twice' if robot.gravity == 'robot' else 'by nobody'}: "
+            f"Gravity would {held}: "
             f"{robot.name} says that the {robot.gravity} does it, the controller was made with "
             f"gravity='{loop.gravity}'. Give it gravity='{robot.gravity}'."
         )
@@ -56,7 +57,9 @@ def check_status(
         reported = " or ".join(map(str, sorted(counts)))
         raise RobotError(f"{robot.name} reports {reported} joints; the controller has {n}.")
     if not is_finite_status(status):
-        raise RobotError(f"{robot.name} reports q = {status.q}, v = {status.v}; that is no status.")
+        raise RobotError(
+            f"{robot.name} reports q = {status.q}, v = {status.v}; these are not finite numbers."
+        )
     return status
 
 

@@ -43,7 +43,7 @@ def real_time(priority: int = 80) -> Iterator[bool]:
     collects = gc.isenabled()
     missing = [*_set_fifo(priority), *_lock_memory()]
     if missing:
-        _log.warning("Not at real time: %s.", "; ".join(missing))
+        _log.warning("Not in real time: %s.", "; ".join(missing))
     gc.collect()
     gc.disable()
     try:

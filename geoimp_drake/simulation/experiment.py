@@ -120,7 +120,7 @@ def _run_elsewhere(
     if live:
         raise ConfigurationError(
             f"Only Drake's simulation can be watched as it runs, and engine is "
-            f"'{scenario.engine}': give --html in the place of --meshcat."
+            f"'{scenario.engine}': give --html instead of --meshcat."
         )
     log, failure = experiment.run_elsewhere(scenario)
     replay = experiment.replay(scenario, log) if html else None

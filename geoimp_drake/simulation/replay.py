@@ -37,8 +37,8 @@ def start_meshcat(
         meshcat = Meshcat(MeshcatParams(host=host or _LOOPBACK))
     except RuntimeError:
         raise ConfigurationError(
-            f"Meshcat cannot listen at {host or _LOOPBACK}: it is no address of this machine, or "
-            f"its ports 7000 to 7999 are all taken."
+            f"Meshcat cannot listen at {host or _LOOPBACK}: it is not an address of this machine, "
+            "or its ports 7000 to 7999 are all taken."
         ) from None
     finally:
         logging.getLogger("drake").setLevel(level)

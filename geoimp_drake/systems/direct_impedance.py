@@ -10,14 +10,14 @@ __all__ = ["DirectImpedance"]
 class DirectImpedance(PartSystem):
     """(3.1 direct) Makes E itself a mass, damper and spring that the wrench deflects from D.
 
-    The law is that of `ImpedanceIntegrator`, with E as measured in the place of C: (3.1) and
+    The law is that of `ImpedanceIntegrator`, with the measured E in the place of C. (3.1) and
     (3.30), solved for the acceleration, give the a of (2.5) that makes them the closed loop of E,
 
         a = [ω̇_d; p̈_d] + M⁻¹(D Δv + K Δ − h),   Δ = "D minus E"
 
-    with every orientation family. What it puts out as the motion of C is the pose and the velocity
-    of E with this acceleration. A `MotionController` that tracks it finds no error, and hands
-    the acceleration on; the part that has no impedance follows D, and is tracked as usual.
+    with every orientation family. Its output, the motion of C, is the pose and the velocity of E
+    with this acceleration. A `MotionController` that tracks it finds no error and passes the
+    acceleration on. The part that has no impedance follows D, and is tracked as usual.
 
     A model error or friction in the joints moves E as a wrench on it does, by as much as the
     impedance is soft. See `ImpedanceIntegrator` for the scheme that the chapter recommends.

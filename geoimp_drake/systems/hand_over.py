@@ -14,9 +14,9 @@ class HandOver(PartSystem):
 
         τ = τ_new + (1 − s(t/T)) (τ_old − τ_new)(0),
 
-    s being the fifth-order polynomial of `smooth_step`. The controller that is about to take over
-    has to run by then, with the arm where it is: one with an impedance begins with the D of
-    `desired_at_equilibrium`, an `IndustrialController` is `preset` to the output `torque`.
+    s being the fifth-order polynomial of `smooth_step`. The controller that takes over has to run
+    by then, with the arm where it is. One with an impedance begins with the D of
+    `desired_at_equilibrium`. An `IndustrialController` is `preset` to the output `torque`.
 
     Args:
         num_joints: n.

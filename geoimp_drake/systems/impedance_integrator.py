@@ -17,23 +17,24 @@ class ImpedanceIntegrator(FlowingPartSystem):
         M_o Δᶜω̇_dc + D_o Δᶜω_dc + K'_o ᶜε_dc = ᶜμ,   K'_o = 2 Eᵀ(η_dc, ᶜε_dc) K_o  (3.31)
 
     are solved for the acceleration of C, which is integrated; Δ is "D minus C". The orientation is
-    propagated by its quaternion, Q̇ = ½ [−εᵀ; E(η, ε)] ω_c, and the state's quaternion is
-    normalized before every step: a term in Q̇ that pulls the norm to one would be integrated with
-    the integrator's own error, which at 1 ms and 2 rad/s leaves a norm error of 4e-7.
+    propagated by its quaternion, Q̇ = ½ [−εᵀ; E(η, ε)] ω_c. The state's quaternion is normalized
+    before every step. A term in Q̇ that pulls the norm to one would be integrated with the
+    integrator's own error. At 1 ms and 2 rad/s this leaves a norm error of 4e-7.
 
-    C starts at rest on the measured pose of E: with a simulator's first step, and (so that the
-    ports can be evaluated without one) before it. Initialize the simulator again to restart C on
-    E after another controller has moved the arm.
+    C starts at rest on the measured pose of E with a simulator's first step. It does so before it
+    too, so that the ports can be evaluated without a simulator. Initialize the simulator again to
+    restart C on E after another controller has moved the arm.
 
     With a coupling K_c (laws/coupled_stiffness.py) translation and rotation load each other; K_p is
     then in D instead of W. With `translation_axes` desired, M_p, D_p and K_p are all in D and turn
-    with it: the stiffness then stores what D's turning works on it, which no wrench supplied.
+    with it. The stiffness then stores the work of D's turning, which no wrench supplied.
 
     Near a singularity of the family's Euler angles, where cond(T) exceeds 10, a warning is logged
-    once; at the singularity, or beyond ϑ_M of an angle/axis family, a named error is raised.
+    once. At the singularity, or beyond ϑ_M of an angle/axis family, a named error is raised.
 
-    What a plant's last step has done belongs to the motion of C when that step began; it is held
-    in the state, so that an inertial load taken from it makes no algebraic loop with the wrench.
+    The result of a plant's last step belongs to the motion of C when that step began. The state
+    holds this motion, so that an inertial load taken from it makes no algebraic loop with the
+    wrench.
 
     Frames: W world, D desired, C compliant, E end effector.
 

@@ -9,8 +9,8 @@ __all__ = ["LastMotion"]
 class LastMotion(PartSystem):
     """Holds what a frame motion was when the last step began.
 
-    A reaction force belongs to the step that it followed from, and so does the motion whose
-    inertial load is to be removed from it: see `ForceTorqueSensor`, `reference_is_held`.
+    A reaction force belongs to the step that caused it. So does the motion whose inertial load is
+    to be removed from it: see `ForceTorqueSensor`, `reference_is_held`.
 
     Ports:
         input motion: of a frame, in W (19)

@@ -17,8 +17,8 @@ class NaturalImpedance(PartSystem):
     ratio ζ. The acceleration a = [ω̇_d; p̈_d] + Λ⁻¹(DΔv + K(Δ)) needs no wrench, if Jᵀh is left out
     of (2.3): `InverseDynamicsInnerLoop` then takes a wrench of zero.
 
-    What it puts out as the motion of C is the pose and the velocity of E with this acceleration, as
-    `DirectImpedance` does; what is said there of model errors holds here, too.
+    Its output, the motion of C, is the pose and the velocity of E with this acceleration, as that
+    of `DirectImpedance`. The remark on model errors there holds here, too.
 
     Frames: W world, D desired, C compliant, E end effector.
 

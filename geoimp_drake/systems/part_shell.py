@@ -141,7 +141,9 @@ def _model(size: int) -> Any:
 def seconds(time: Any) -> float:
     """Returns an `AutoDiffXd` time as a number; raises ConversionError if it has derivatives."""
     if np.any(time.derivatives()):
-        raise ConversionError("Something is differentiated by the time, which blocks take as it is")
+        raise ConversionError(
+            "A derivative by time was asked for, and blocks take time as a plain number"
+        )
     return float(time.value())
 
 

@@ -47,10 +47,10 @@ class Block(LeafSystem):
     A block that has a method `to_autodiff` is converted by it to `AutoDiffXd`.
 
     After every step of a discrete plant Drake asks each system again for its witness functions. For
-    a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails each
-    time and costs as much as a small law. With pybind11 the method is found here: as a function of
-    C++ it counts as not overridden, and pybind11 remembers that. nanobind, which later Drakes use,
-    would call whatever it finds; there nothing is done.
+    a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails each time
+    and costs as much as a small law. With pybind11 the method is found here. As a function of C++
+    it counts as not overridden, and pybind11 remembers that. Later Drakes use nanobind, which would
+    call whatever it finds; there nothing is done.
     """
 
     if IS_PYBIND11:

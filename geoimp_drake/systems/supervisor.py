@@ -17,18 +17,19 @@ class Supervisor(PartSystem):
     ```
 
     It waits for a valid reading; then the torques fade from the robot's own to the controller's.
-    A missing reading is bridged by the last torques, in a soft start too, which then begins again
-    from these. When one is missing for too long, when a
-    signal exceeds its limit or somebody asks for it, D comes to rest along `braked_motion`, and
-    stays. Torques never change faster than their limit. Each change of mode is told in Drake's
-    log, with its reason: a warning where the arm is braked before its motion has ended.
+    The last torques bridge a missing reading, in a soft start too, which then begins again from
+    these. D comes to rest along `braked_motion`, and stays, in three cases. A reading is missing
+    for too long, a signal exceeds its limit, or somebody asks for it. Torques never change faster
+    than their limit. Drake's log has each change of mode with its reason. It is a warning if the
+    arm is braked before its motion has ended.
 
-    Joints' reading and wrench reach the controller through it, so that a signal that is none never
-    does: not finite, or the same to the bit while D has moved by `limits.stuck`. The last one is
-    given in its place. Without a reading of the joints the torques stay, too, whatever the mode:
-    that bears a gap of 50 ms; an arm that is not read again needs its brakes. Without a wrench D
-    brakes from C in the place of D, and h is zero: the arm stays where it is and presses no more. A
-    wrench beyond its limit brakes, and the controller gets it with the limit as its length.
+    Joint readings and wrench reach the controller through it, so that a faulty signal never does. A
+    signal is faulty if it is not finite, or the same to the bit while D has moved by
+    `limits.stuck`. The controller then gets the last one. Without a reading of the joints the
+    torques stay, too, whatever the mode. That bears a gap of 50 ms; an arm that is not read again
+    needs its brakes. Without a wrench D brakes from C instead of D, and h is zero: the arm stays
+    where it is and presses no more. A wrench beyond its limit brakes, and the controller gets it
+    with the limit as its length.
 
     ```
     INIT ─▶ SOFT_START ─▶ RUN ─▶ BRAKE ─▶ STOPPED

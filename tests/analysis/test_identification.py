@@ -79,8 +79,8 @@ def test_a_log_that_cannot_be_read_is_refused_in_words():
         "no 'six/wrench'": {k: v for k, v in log.items() if k != "six/wrench"},
         "finite": {**log, "six/wrench": np.where(wrench == wrench[5], np.nan, wrench)},
         r"shape \(301, 3\)": {**log, "six/wrench": wrench[:, :3]},
-        "not at least two": {**log, "t": np.zeros(301)},
-        "takes 61": {k: v[:40] for k, v in log.items()},
+        "must be at least two": {**log, "t": np.zeros(301)},
+        "needs 61": {k: v[:40] for k, v in log.items()},
     }
     for words, bad in cases.items():
         with pytest.raises(ConfigurationError, match=words):
@@ -140,7 +140,7 @@ def test_the_command_wants_the_scenario_and_refuses_natural_inertia(folder, caps
     file = folder / "scenario.yaml"
     file.unlink()
     assert cli.main(("identify", str(folder))) == 2
-    assert "give it with --scenario" in capsys.readouterr().err
+    assert "Give the scenario with --scenario" in capsys.readouterr().err
     natural = "experiment: plexiglas\nscheme: direct\ninertia: natural\n"
     file.write_text(natural + "sensor: {inertial_load: plant}\n", encoding="utf-8")
     assert cli.main(("identify", str(folder))) == 2

@@ -100,7 +100,7 @@ def test_frames_that_drake_adds_are_not_listed(tmp_path):
 def test_unknown_sensor_joint(tmp_path):
     refused(
         ModelError,
-        r"'joint_6' is no fixed joint.*Valid: to_flange, to_tool0",
+        r"'joint_6' is not a fixed joint.*Valid: to_flange, to_tool0",
         RosArm().write(tmp_path),
         tmp_path,
         sensor_joint="joint_6",

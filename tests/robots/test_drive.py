@@ -365,7 +365,7 @@ def test_robot_and_controller_must_fit():
     ("change", "words"),
     [
         (lambda _: None, "does not answer"),
-        (lambda status: replace(status, q=status.q * np.nan), "that is no status"),
+        (lambda status: replace(status, q=status.q * np.nan), "these are not finite numbers"),
         (lambda status: replace(status, v=status.v[:5]), "reports 5 or 6 joints"),
     ],
     ids=["no answer", "NaN", "one velocity less"],

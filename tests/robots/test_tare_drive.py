@@ -113,7 +113,7 @@ def test_an_arm_is_driven_to_postures_and_what_is_found_serves_its_scenario(
     ("arguments", "words"),
     [
         (["--drive", "nowhere.yaml"], "nowhere.yaml"),
-        (["--drive", "mine.yaml"], "is no list of postures"),
+        (["--drive", "mine.yaml"], "is not a list of postures"),
         (["--drive", "short.yaml"], "2×7 finite numbers"),
         (["--drive", "ragged.yaml"], "ragged.yaml"),
         (["--drive", "far.yaml"], "Posture 2 has j2 at 9; its limits are"),

@@ -220,7 +220,7 @@ def test_meshcat_listens_where_it_is_told():
 
 def test_an_address_of_another_machine_is_refused():
     level = logging.getLogger("drake").level
-    with pytest.raises(ConfigurationError, match=r"cannot listen at 203\.0\.113\.9: it is no addr"):
+    with pytest.raises(ConfigurationError, match=r"at 203\.0\.113\.9: it is not an addr"):
         start_meshcat(*VIEW, host="203.0.113.9")
     assert logging.getLogger("drake").level == level
 

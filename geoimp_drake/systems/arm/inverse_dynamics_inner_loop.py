@@ -10,8 +10,8 @@ __all__ = ["InverseDynamicsInnerLoop"]
 class InverseDynamicsInnerLoop(PartSystem):
     """Computes the driving torques (2.3) τ = Bα + Cq̇ + Fq̇ + g + Jᵀh, giving (2.4) q̈ = α.
 
-    The torques are not limited here: Drake's actuators clamp at their effort limits, and this
-    system logs a warning the first time that a torque exceeds its joint's limit.
+    The torques are not limited here: Drake's actuators clamp at their effort limits. This system
+    logs a warning the first time that a torque exceeds its joint's limit.
 
     Args:
         model: the arm's control model.

@@ -17,11 +17,11 @@ class InverseKinematics(PartSystem):
 
         q̇_d = J†(V_c + K_x e) + (I − J†J) K_n (q_0 − q_d),   q_d ← q_d + Δt q̇_d,
 
-    where e = [2 R_e ᵉε_ce; p_c − p_e] is the error of the reference itself, not of the arm: the
-    measured state is read at the start only. J† is damped near singularities. Where (A.1) leaves
-    the limits of positions, velocities or efforts, or comes near a singularity, the change of q̇_d
-    in a period is the acceleration of (L.1) in the place of that of (A.1), without a wrench; what
-    it leaves undone is the output `slack`, by which C is to be held back.
+    where e = [2 R_e ᵉε_ce; p_c − p_e] is the error of the reference, not of the arm. The measured
+    state is read at the start only. J† is damped near singularities. (A.1) may leave the limits of
+    positions, velocities or efforts, or come near a singularity. Then the change of q̇_d in a
+    period is the acceleration of (L.1) instead of that of (A.1), without a wrench. What it leaves
+    undone is the output `slack`, which is to hold C back.
 
     Args:
         model: the arm.

@@ -14,13 +14,14 @@ class JointReadings(PartSystem):
 
         q̂ = q(t_k),   v̂ = v(t_k)  or  v̂ = (q(t_k) − q(t_k−1)) / (t_k − t_k−1).
 
-    The readings at initialization and at the first instant keep the measured v in both cases, so
-    that a controller switched on while the arm moves sees no step in velocity. Before a simulator
-    has initialized the context the reading passes through.
+    The readings at initialization and at the first instant keep the measured v in both cases. So a
+    controller switched on while the arm moves sees no step in velocity. Before a simulator has
+    initialized the context, the reading passes through.
 
-    A resolver of a joint that turns may jump by whole turns: where `turns` says so the reading goes
-    on without the jump, and so does the difference. The plant's period has to divide the sampling
-    period, else differences of an unmoved reading alternate with others; controllers check that.
+    A resolver of a joint that turns may jump by whole turns. Where `turns` says so, the reading
+    goes on without the jump, and so does the difference. The plant's period has to divide the
+    sampling period; otherwise differences of an unmoved reading alternate with others. Controllers
+    check that.
 
     Args:
         num_positions: n; the joints have one position for each velocity.

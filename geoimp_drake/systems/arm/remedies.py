@@ -15,10 +15,10 @@ class Remedies(PartSystem):
         friction               τ_F = F_c tanh(q̇_c / v_s) + F_v q̇_c,  q̇_c to follow C     (R.2)
         disturbance_observer   τ_d = −r,  ṙ = K (τ_dist − r),  by generalized momentum   (R.3)
 
-    The observer subtracts the measured wrench, so that what is left is the model's error; it knows
-    nothing of the friction that is fed forward, and so sees what that leaves. Integral and residual
-    stay as they are while the hand touches something, unless they are told otherwise, and the
-    integral also while a torque is at its limit. On Coulomb friction in contact the observer hunts.
+    The observer subtracts the measured wrench, so its residual is the model's error. It does not
+    know the friction that is fed forward, and so sees what this leaves. Integral and residual stay
+    constant while the hand touches something, unless configured otherwise. The integral also stays
+    constant while a torque is at its limit. With Coulomb friction in contact the observer hunts.
 
     Args:
         part: of `geoimp_drake.parts.remedies`, made for the arm.

@@ -9,11 +9,11 @@ __all__ = ["GraspMonitor"]
 class GraspMonitor(PartSystem):
     """Reports a hand whose wrench falls to nothing at once: its grasp has opened.
 
-    With the size s = max(‖f‖/f_t, ‖μ‖/μ_t) of a hand's wrench, its grasp counts as opened when s
-    has fallen from `loaded` to below 1 within `fall_time` and has stayed below 1 for `dwell`. A
-    force that passes through zero evenly, as when a contact takes over the weight, is not reported
-    at any rate: slow ones take longer than `fall_time`, fast ones are through within `dwell`.
-    Detection takes the fall, `dwell` and one sample: at most `fall_time` + `dwell` + one period.
+    The size of a hand's wrench is s = max(‖f‖/f_t, ‖μ‖/μ_t). Its grasp counts as opened when s has
+    fallen from `loaded` to below 1 within `fall_time` and has stayed below 1 for `dwell`. A force
+    that passes through zero evenly, as when a contact takes over the weight, is never reported. A
+    slow one takes longer than `fall_time`, and a fast one is through within `dwell`. Detection
+    takes the fall, `dwell` and one sample: at most `fall_time` + `dwell` + one period.
 
     A grasp that carries nothing cannot be distinguished from an open one: if s is below `loaded`
     when the grasp opens, nothing is reported.

@@ -12,24 +12,25 @@ __all__ = ["InternalImpedance"]
 class InternalImpedance(FlowingPartSystem):
     """Moves the mutual pose that two hands hold, as the internal wrench pushes it.
 
-    The laws (3.1) and (3.30) once more, with the mutual pose of the grasp in the place of D, the
-    one that the references follow in the place of C, and the internal wrench h_i = ½(h_2 − h_1):
+    These are the laws (3.1) and (3.30) with the internal wrench h_i = ½(h_2 − h_1). The mutual pose
+    of the grasp takes the place of D, and the one that the references follow takes that of C:
 
         M Δp̈ + D Δṗ + K Δp = ᶜf_i,            Δp = ᶜΔp_21 − ᶜΔp_r21
         M_o Δω̇ + D_o Δω + 2EᵀK_o ε = ᶜμ_i,    {η, ε} the quaternion of ¹Q_r21⁻¹ * ¹Q_21
 
     Hands that squeeze push against Δp_21, so Δp_r21 grows and the squeeze gives way; K times the
     error of the grasp is left. The mutual position is that of the object's frame, ᶜΔp_r21 in C's
-    axes; the mutual orientation ¹Q_r21 is that of the second hand in the first, with its angular
-    velocity in the first hand's axes: the power of h_i on the mutual velocity (4.9) is the power in
+    axes. The mutual orientation ¹Q_r21 is that of the second hand in the first, with its angular
+    velocity in the first hand's axes. The power of h_i on the mutual velocity (4.9) is the power in
     these coordinates. `CooperativeReferenceGenerator` gives half of it to each hand, with velocity
     and acceleration.
 
     It starts at rest on the measured mutual pose, so the references start on the hands whatever the
     grasp's pose is assumed to be.
 
-    Frames: 1 and 2 the hands, C the compliant object; in a motion of (19) here the quaternion is
-    ¹Q_21, the position ᶜΔp_21, and the rest their angular and linear velocities and accelerations.
+    Frames: 1 and 2 the hands, C the compliant object. In a motion of (19) the quaternion here is
+    ¹Q_21 and the position ᶜΔp_21. The rest are their angular and linear velocities and
+    accelerations.
 
     Args:
         M, D, K: of translation, symmetric positive definite (3×3) [kg, Ns/m, N/m].

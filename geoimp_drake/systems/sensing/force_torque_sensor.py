@@ -28,9 +28,9 @@ class ForceTorqueSensor(PartSystem):
     saturation, low-pass filter; then the tool's load is removed. With a delay the reading, bias and
     noise in it, is one of earlier samples; before those it is the first one.
 
-    It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no
-    reaction forces before its first step, so the first sample counts one period after the
-    start; until then the wrench is what the hand is known to carry, zero unless given.
+    It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no reaction
+    forces before its first step, so the first sample counts one period after the start. Until then
+    the wrench is what the hand is known to carry, zero unless given.
 
     The reference motion is read when a discrete plant begins its step: a reaction belongs to the
     motion that this step followed.
@@ -79,8 +79,8 @@ class ForceTorqueSensors(PartSystem):
     """Measures the wrenches of several hands: a `ForceTorqueSensor` for each, as one system.
 
     A plant gives the reaction forces of all its joints as one list. In Python that list costs more
-    than what a sensor does with it, so sensors of one plant that read at the same instants share
-    it. The numbers are those of separate sensors.
+    than the sensor's own work, so sensors of one plant that read at the same instants share it. The
+    numbers are those of separate sensors.
 
     Args:
         sensors: of one plant, in order; their periods are the same.

@@ -11,8 +11,8 @@ __all__ = ["MomentumObserver", "MomentumObserverConfig"]
 class MomentumObserver(PartSystem):
     """Observes what acts on an arm from outside by its generalized momentum.
 
-    At every sample each joint's residual r follows its external torque behind a low-pass, and the
-    wrench by the end effector on its environment follows from it in the least squares,
+    At every sample each joint's residual r follows its external torque behind a low-pass. The
+    wrench by the end effector on its environment follows from it by least squares,
 
         ṙ = K (τ_ext − r),   h = −(JJᵀ)⁻¹ J r,   p = B q̇.
 

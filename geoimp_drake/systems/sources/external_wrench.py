@@ -56,8 +56,8 @@ class WrenchRamp:
             )
         if self.until is not None and not self.until >= end:
             raise ConfigurationError(
-                f"{key(name, 'until')} is {self.until:g} s; the wrench must have come before it "
-                f"goes, at {end:g} s. Give a later time, or null if it is to stay."
+                f"{key(name, 'until')} is {self.until:g} s; the wrench has its full size at "
+                f"{end:g} s and cannot end before. Give a later time, or null to keep it."
             )
 
     def profile(self) -> Callable[[float], float]:
@@ -74,8 +74,8 @@ def linear_with_fourth_order_blends(
 ) -> PiecewisePolynomial:
     """Returns the profile from 0 to 1 that is linear with fourth-order blends.
 
-    A blend of duration b takes the rate from 0 to r as r b (σ³ − σ⁴/2), σ = (t − t_0)/b: rate and
-    its derivative are continuous at both ends. Over the whole ramp r = 1/(duration − blend).
+    A blend of duration b takes the rate from 0 to r as r b (σ³ − σ⁴/2), σ = (t − t_0)/b. The rate
+    and its derivative are continuous at both ends. Over the whole ramp r = 1/(duration − blend).
 
     Args:
         start: [s]; the profile is zero before.

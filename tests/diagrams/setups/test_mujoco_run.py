@@ -85,7 +85,7 @@ def run(*arguments) -> int:
         (("plexiglas", "--set", "world.links.mass=1.1"), "gives world, for Drake alone"),
         (("plexiglas", "--set", "scheme=admittance"), "gives scheme, for Drake alone"),
         (("plexiglas", "--set", "sampling.period=0.002"), "must be plant.time_step, 0.001 s"),
-        (("plexiglas", "--meshcat"), "give --html in the place of --meshcat"),
+        (("plexiglas", "--meshcat"), "give --html instead of --meshcat"),
         (("worlds",), "--simulator"),
     ],
 )

@@ -111,7 +111,7 @@ def test_axes_of_a_frame_need_to_be_known():
         ("start", -1.0, "external.start is -1"),
         ("duration", 0.0, "external.duration is 0"),
         ("blend", 1e-20, "external.blend is 1e-20"),
-        ("until", 0.9, r"external.until is 0.9 s.*come before it goes, at 1 s"),
+        ("until", 0.9, r"external.until is 0.9 s.*full size at 1 s and cannot end before"),
         ("until", np.nan, r"external.until"),
         ("blend", 0.6, r"external.blend is 0.6 s.*two of them.*1 s"),
     ],
