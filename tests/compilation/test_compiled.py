@@ -18,6 +18,7 @@ from geoimp_drake.laws.motion_control.orientation_control import ORIENTATION_LAW
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
 
 needs_numba = pytest.mark.skipif(not module.is_available(), reason="numba is not installed")
+NATURAL = ("scheme=direct", "inertia=natural", "sensor.inertial_load=plant")
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}
 
 
@@ -114,9 +115,9 @@ def test_tracking_is_the_same_compiled(name: str) -> None:
     np.testing.assert_allclose(fast, plain, **TIGHT)
 
 
-def state_after(name: str, duration: float) -> np.ndarray:
+def state_after(name: str, duration: float, *overrides: str) -> np.ndarray:
     experiment = get_experiment(name)
-    setup = experiment.build(experiment.scenario(({"form": "compiled"},)))
+    setup = experiment.build(experiment.scenario(({"form": "compiled"},), overrides))
     simulator = Simulator(setup.diagram)
     ApplySimulatorConfig(setup.scenario.simulator, simulator)
     simulator.AdvanceTo(duration)
@@ -131,12 +132,20 @@ def state_after(name: str, duration: float) -> np.ndarray:
 
 @needs_numba
 @pytest.mark.parametrize(
-    ("name", "duration"), [("plexiglas", 0.1), ("redundancy", 0.02), ("bar", 0.02)]
+    ("name", "duration", "overrides"),
+    [
+        ("plexiglas", 0.1, ()),
+        ("plexiglas", 0.02, NATURAL),
+        ("redundancy", 0.02, ()),
+        ("bar", 0.02, ()),
+        ("limits", 0.02, ()),
+        ("collision", 0.02, ()),
+    ],
 )
-def test_closed_loop_is_the_same_compiled(monkeypatch, name: str, duration: float) -> None:
-    fast = state_after(name, duration)
+def test_closed_loop_is_the_same_compiled(monkeypatch, name, duration, overrides) -> None:
+    fast = state_after(name, duration, *overrides)
     monkeypatch.setenv(SWITCH, "0")
-    plain = state_after(name, duration)
+    plain = state_after(name, duration, *overrides)
     np.testing.assert_allclose(fast, plain, rtol=1e-12, atol=1e-12)
 
 

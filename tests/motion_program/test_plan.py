@@ -252,6 +252,11 @@ def test_a_move_that_takes_no_time_in_floating_point_is_named(arm):
         arm.plan(JointMove(START + 0.1, "turn"), config=wild, start_time=1e10)
 
 
+def test_a_start_time_that_is_none_is_refused(arm):
+    with pytest.raises(ConfigurationError, match=r"start_time is inf s; it must be finite"):
+        arm.plan(JointMove(START + 0.1, "turn"), start_time=np.inf)
+
+
 def test_start_beyond_its_limits_is_refused(arm):
     with pytest.raises(ConfigurationError, match=r"start posture: .*track at 1\.3"):
         arm.plan(ToolMove([0, 0, 0.1]), start=START + 1.5 * np.eye(7)[0])

@@ -84,6 +84,16 @@ def handed_over(first: np.ndarray, second: np.ndarray, ticks: int = 800) -> np.n
     return np.array(rows)
 
 
+def test_a_name_that_a_loop_does_not_have_is_refused_with_those_that_it_has():
+    loop = PartLoop(HandOver(2), "hand over")
+    with pytest.raises(
+        ConfigurationError, match=r"input of hand over 'torque_3'.*torque_1, torque_2"
+    ):
+        loop.input("torque_3")
+    with pytest.raises(ConfigurationError, match=r"output of hand over 'torques'.*Valid: .*torque"):
+        loop.output("torques")
+
+
 def test_a_difference_fades_out():
     first, second = np.array([10.0, -4.0]), np.array([12.7, -4.0])
     torque = handed_over(first, second)

@@ -1,11 +1,13 @@
 """The observer sees what acts on an arm from outside: exactly, in time, and nothing else."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from driven_arm import DrivenArm
 
+from geoimp_drake.compilation.compiled import SWITCH
 from geoimp_drake.errors import ConfigurationError, SignalError
 from geoimp_drake.parts.momentum_observer import MomentumObserver, MomentumObserverConfig
 from geoimp_drake.parts.part_loop import PartLoop
@@ -110,3 +112,15 @@ def test_what_it_cannot_use_is_named():
     values = {**log.values, "torque": log.values["torque"] * np.nan}
     with pytest.raises(SignalError, match="observer:torque"):
         observed(arm, DriveLog(values, {}, log.ticks, log.computing), MomentumObserverConfig())
+
+
+def test_as_written_the_laws_give_the_same(monkeypatch):
+    arm, log = recorded(True)
+    around = slice(int(PUSHED / PERIOD) - 5, int(PUSHED / PERIOD) + 15)
+    short = replace(log, values={name: rows[around] for name, rows in log.values.items()})
+    compiled = observed(arm, short, MomentumObserverConfig())
+    monkeypatch.setenv(SWITCH, "0")
+    written = observed(arm, short, MomentumObserverConfig())
+    assert np.abs(compiled["wrench"]).max() > 1.0
+    for name, values in compiled.items():
+        np.testing.assert_allclose(written[name], values, rtol=1e-9, atol=1e-9)

@@ -251,6 +251,21 @@ def test_an_mjcfs_materials_stay(tmp_path):
 # Joints of the base
 
 
+@pytest.mark.parametrize(
+    ("normal", "message"),
+    [
+        ("0 0 0", "joint 'rail' has the normal 0 0 0"),
+        ("0 0 up", "xyz=.*'rail' is '0 0 up'; give a number"),
+        ("0 1", "xyz=.*'rail' is '0 1'; give 3 numbers"),
+    ],
+)
+def test_a_normal_of_a_planar_joint_that_is_none_is_refused(normal, message, tmp_path):
+    text = (CASES / "planar.urdf").read_text().replace('xyz="0 0 1"', f'xyz="{normal}"', 1)
+    (tmp_path / "planar.urdf").write_text(text)
+    with pytest.raises(ConfigurationError, match=message):
+        loaded(tmp_path / "planar.urdf", "l6")
+
+
 def test_a_planar_base_is_three_joints_that_move_as_drakes_planar_joint(tmp_path):
     file = CASES / "planar.urdf"
     text = file.read_text().replace('axis xyz="0 0 1"', 'axis xyz="0.3 -0.4 0.8"', 1)

@@ -166,3 +166,8 @@ def test_a_file_to_compare_with_that_is_none_is_refused(text, tmp_path, capsys):
     file.write_text(text)
     assert cli.main(["bench", "--compare", str(file)]) == 2
     assert "does not hold the timings" in capsys.readouterr().err
+
+
+def test_a_file_to_compare_with_that_is_not_there_is_named(tmp_path, capsys):
+    assert cli.main(["bench", "--compare", str(tmp_path / "no.json")]) == 2
+    assert "no.json cannot be read: No such file" in capsys.readouterr().err
