@@ -16,7 +16,8 @@ __all__ = ["scale_figure"]
 Rows = Sequence[Mapping[str, Any]]
 
 _OFFSET, _ANGLE = "offset of the hole [mm]", "misalignment [°]"
-_BINS = 4
+_BINS, _LEAST = 4, 10  # of a rate over a number, with so many samples each
+_MOST = (2.83, 5.66)  # of both, which the plan draws along two axes
 _PEG = 17.0  # diameter [mm]
 _PANELS: dict[str, Callable[[Mapping[str, Any]], float]] = {
     "play of the peg [mm]": lambda row: (1e3 * row["peg_hole.hole_diameter"] - _PEG) / 2,
@@ -69,6 +70,7 @@ def _draw_maps(figure: Figure, panels: Sequence[Axes], samples: Mapping[str, Row
         wins = np.mean([row["success"] for row in rows])
         axes.set_title(f"{hand}: {100 * wins:.0f} %", fontsize=9)
         axes.set_xlabel(_OFFSET)
+        axes.set(xlim=(0.0, _MOST[0]), ylim=(0.0, _MOST[1]))
     panels[0].set_ylabel(_ANGLE)
     figure.colorbar(mesh, ax=panels[-1], label="success rate")
 
@@ -93,5 +95,5 @@ def _draw_rates(axes: Axes, samples: Mapping[str, Rows], label: str) -> None:
 def _rates(rows: Rows, label: str) -> Array:
     """Returns the middles of bins of equally many samples, and the rates there (2, bins)."""
     values, wins = (np.array([row[key] for row in rows], dtype=float) for key in (label, "success"))
-    bins = np.array_split(np.argsort(values), min(_BINS, len(rows)))
+    bins = np.array_split(np.argsort(values), max(1, min(_BINS, len(rows) // _LEAST)))
     return np.array([(values[chosen].mean(), wins[chosen].mean()) for chosen in bins]).T
