@@ -41,6 +41,9 @@ myst_heading_anchors = 3
 
 html_theme = "furo"
 html_title = f"geoimp_drake {release}"
+templates_path = ["_templates"]
+_sidebar = ("brand", "search", "scroll-start", "navigation", "scroll-end")
+html_sidebars = {"**": [*(f"sidebar/{part}.html" for part in _sidebar), "versions.html"]}
 html_static_path = ["_static"]
 html_css_files = ["tables.css"]
 html_math_renderer = "mathml"

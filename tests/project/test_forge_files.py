@@ -1,5 +1,7 @@
 """What a forge reads (workflows, templates, updates, citation) is what it takes, and true."""
 
+import json
+import os
 import re
 import subprocess
 import sys
@@ -35,6 +37,25 @@ def test_workflows_call_targets_that_exist():
     called = {name for step in STEPS for name in re.findall(r"make (\w+)", step.get("run", ""))}
     assert called == {"test", "docs", "dist"}
     assert called <= targets
+
+
+def test_pages_of_each_version_are_published_beside_the_others(tmp_path):
+    """The step is run as it stands, in a repository of its own."""
+    (step,) = (s["run"] for s in WORKFLOWS["docs"]["jobs"]["publish"]["steps"] if "name" in s)
+    shell = "git init -qb main; git -c user.name=a -c user.email=a@b commit -qm 0 --allow-empty"
+    for version in ("main", "v0.9.0", "v0.10.0"):  # each in a fresh checkout
+        work = tmp_path / version
+        (work / "build" / "docs").mkdir(parents=True)
+        (work / "build" / "docs" / "index.html").write_text(version)
+        origin = f"git init -q --bare ../origin; git remote add origin $PWD/../origin; {step}"
+        environment = os.environ | {"GITHUB_REF_NAME": version}
+        script = ["bash", "-ec", f"{shell}; {origin}"]
+        subprocess.run(script, cwd=work, env=environment, check=True, capture_output=True)
+    site = work / "site"
+    assert json.loads((site / "versions.json").read_text()) == ["v0.10.0", "v0.9.0", "main"]
+    assert "url=v0.10.0/" in (site / "index.html").read_text()
+    pages = {page.parent.name: page.read_text() for page in site.glob("*/index.html")}
+    assert pages == {name: name for name in ("main", "v0.9.0", "v0.10.0")}
 
 
 def test_pythons_tested_are_those_that_the_metadata_name():
