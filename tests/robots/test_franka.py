@@ -13,9 +13,12 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from documents import blocks
+from library_tree import ROOT
 from pydrake.multibody.plant import MultibodyPlant
 
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
@@ -121,6 +124,21 @@ def test_its_hand_follows_in_free_motion(server):
     assert log.failure is None
     assert errors(log, "E", "D").max() < 5e-3
     assert errors(log, "E", "D")[-200:].max() < 1e-3
+
+
+def test_the_program_of_the_page_lifts_its_hand(server):
+    page = ROOT / "docs" / "howto" / "on_a_robot.md"
+    texts = [block.text for block in blocks(page) if block.language == "python"]
+    (program,) = [text for text in texts if "FrankaArm(" in text]
+    (imports,) = [text.partition("\n\nplant =")[0] for text in texts if "\n\nplant =" in text]
+    names: dict[str, Any] = {}
+    exec(f"{imports}\n{program}", names)
+    urdf = str(files("franky_sim") / "assets" / "fr3.urdf")
+    log = names["lift_the_hand"](server.address, urdf, supervisor=PATIENT, wrench="none")
+    assert log.failure is None
+    assert errors(log, "E", "D").max() < 5e-3
+    way = np.ptp(log.values["motion_E"][:, POSITION], axis=0)
+    np.testing.assert_allclose(way, [0.0, 0.0, 0.05], atol=5e-3)
 
 
 def test_20_s_at_1_khz_in_free_motion_and_then_pressed_on_a_box(server):
