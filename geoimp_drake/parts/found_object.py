@@ -1,38 +1,52 @@
 """What the laws of a held object find, and the outputs that follow."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE, POSE_SIZE
-from geoimp_drake.parts.law_signals import ArmSignals
+from geoimp_drake.parts.law_signals import ArmSignals, KeptGains
 from geoimp_drake.parts.part import NOTHING, Now
 from geoimp_drake.typing import Array
 
 __all__ = ["FoundObject", "write_pose", "written_motion", "written_wrench"]
 
-_NO_WRENCH = np.zeros(6)
+_Pair = tuple[Array, Array]
 
 
 class FoundObject:
-    """The results of one evaluation of the law, and the memory and inputs that it used.
+    """What one evaluation of the law takes and finds, in arrays that stay.
+
+    Args:
+        law: see laws/compositions/object_control.py.
+        gains: those of the object's impedance.
+        constants: what the law takes after them.
+        arms: of an arm's number: what its laws take and find.
 
     Attributes:
-        motions: (6, 19), see laws/compositions/object_control.py.
+        law: writes the first three that follow.
+        motions: (6, 19), see there.
         wrenches: (3, 6), see there.
         rates: of the state (26).
         state: that of the motions (26).
         pose: of the grasp (7).
         memory: of the whole part, with what has passed through.
         hand_wrenches: of both hands (6).
-        arms: of an arm's number: what its laws take and find.
+        arms: see above.
         torques: of an arm's number: the time of its torques, its `null_space_decay_bound` and its
             `Limited`.
     """
 
     __slots__ = (
+        "_desired",
+        "_gains",
+        "_hands",
+        "_reference",
         "arms",
         "hand_wrenches",
+        "law",
         "memory",
         "motions",
         "pose",
@@ -42,14 +56,40 @@ class FoundObject:
         "wrenches",
     )
 
-    def __init__(self, arms: dict[int, ArmSignals] | None = None):
-        self.arms = arms or {}
+    def __init__(
+        self,
+        law: Callable[..., bool],
+        gains: tuple[Array, ...],
+        constants: tuple[Any, ...],
+        arms: dict[int, ArmSignals],
+    ):
+        self.arms, self.memory, self._gains = arms, NOTHING, KeptGains(gains)
         self.motions = np.zeros((6, FRAME_MOTION_SIZE))
         self.wrenches = np.zeros((3, 6))
-        self.rates = np.empty(2 * FRAME_STATE_SIZE)
-        self.state = self.pose = self.memory = NOTHING
-        self.hand_wrenches = _NO_WRENCH, _NO_WRENCH
+        self.rates, self.state = np.zeros((2, 2 * FRAME_STATE_SIZE))
+        self.pose = np.zeros(POSE_SIZE)
+        self._hands: _Pair = np.zeros(FRAME_MOTION_SIZE), np.zeros(FRAME_MOTION_SIZE)
+        self.hand_wrenches: _Pair = np.zeros(6), np.zeros(6)
+        self._desired, self._reference = np.zeros((2, FRAME_MOTION_SIZE))
+        taken = *self._hands, *self.hand_wrenches, self._desired, self.state, self.pose
+        found = self._reference, self.motions, self.wrenches, self.rates
+        self.law = bound(law, *taken, *found, *self._gains.arrays, *constants)
         self.torques: dict[int, tuple[float, float, Array]] = {}
+
+    def take(
+        self,
+        hands: _Pair,
+        wrenches: _Pair,
+        desired: Array,
+        state: Array,
+        reference: Array,
+        gains: tuple[Array, ...],
+    ) -> None:
+        """Takes the inputs of one evaluation but for the pose; arguments as of the law."""
+        for own, given in zip(self._hands + self.hand_wrenches, hands + wrenches, strict=True):
+            own[:] = given
+        self._desired[:], self.state[:], self._reference[:] = desired, state, reference
+        self._gains.take(gains)
 
 
 def written_motion(row: int) -> Callable[[Now, Array], None]:

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.errors import ConfigurationError
-from geoimp_drake.laws.cooperation.grasp_watch import watch_grasps
+from geoimp_drake.parts.law_signals import WatchSignals
 from geoimp_drake.parts.part import Memory, Now, held
 from geoimp_drake.parts.signals import check_signal
 from geoimp_drake.typing import Array
@@ -72,8 +71,7 @@ class GraspWatch:
         check(config, "monitor")
         positive(period, "sampling.period", "s")
         config.check_period("monitor", period)
-        self._period, self._law = period, compiled(watch_grasps)
-        self._thresholds, self._limits = config.arrays()
+        self._arguments = *config.arrays(), float(period)
         self.inputs = {"wrench_1": 6, "wrench_2": 6}
         # For each hand the time since it was loaded, and since it was last not empty [s].
         self.memory = Memory(
@@ -83,19 +81,21 @@ class GraspWatch:
         self.samplings = ((period, self.sample),)
         self.outputs = (held("opened", self.memory.opened),)
 
+    def new_workspace(self) -> WatchSignals:
+        """Returns where a sample is taken."""
+        return WatchSignals(*self._arguments)
+
     def sample(self, memory: Array, now: Now) -> None:
         """Takes a sample of both wrenches."""
-        self.take(memory, now["wrench_1"], now["wrench_2"], now)
+        self.take(memory, now["wrench_1"], now["wrench_2"], now, now.workspace)
 
-    def take(self, memory: Array, h_1: Array, h_2: Array, now: Now) -> None:
+    def take(self, memory: Array, h_1: Array, h_2: Array, now: Now, signals: WatchSignals) -> None:
         """Takes a sample of given wrenches; `now` names the ports."""
-        times, new = memory[self.memory.times], np.empty(2)
-        limits = self._thresholds, self._limits, self._period
-        if not self._law(h_1, h_2, times, *limits, times, new):
+        if not signals.take(h_1, h_2, memory[self.memory.times]):
             check_signal(h_1, now.port("wrench_1"))
             check_signal(h_2, now.port("wrench_2"))
-        if new[0] or new[1]:
-            self._latch(memory[self.memory.opened], now, new)
+        if signals.new[0] or signals.new[1]:
+            self._latch(memory[self.memory.opened], now, signals.new)
 
     def _latch(self, opened: Array, now: Now, seen: Array) -> None:
         new = (seen != 0.0) & (opened[:2] == 0.0)

@@ -32,6 +32,7 @@ from geoimp_drake.parts.grasp_watch import GraspWatch
 from geoimp_drake.parts.hold_back import NO_SLACK
 from geoimp_drake.parts.impedance import Impedance
 from geoimp_drake.parts.impedance_energy import ImpedanceEnergy
+from geoimp_drake.parts.law_signals import ArmSignals, WatchSignals
 from geoimp_drake.parts.object_load import LoadArguments
 from geoimp_drake.parts.part import Memory, Now, Output, held, nested
 from geoimp_drake.parts.reference_hold import Hold
@@ -82,11 +83,11 @@ class HeldObject:
     ):
         self._impedance, self._internal, self._grasp = impedance, internal, grasp
         self._watch, self._load = watch, load
-        self._law = compiled(object_control(impedance.rotation.law))
+        self._law = object_control(impedance.rotation.law)
         self._object_motion = compiled(held_object_motion)
         # Without one its gains are not used.
         gains = (impedance if internal is None else internal).gains(None)
-        self._internal_gains = internal is not None, *gains
+        self._constants = internal is not None, *gains, *load.arguments
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)
         self.inputs = {"desired_motion": FRAME_MOTION_SIZE, "stiffness_scale": 2}
         self.state = Memory(compliant=np.zeros(FRAME_STATE_SIZE), mutual=np.zeros(FRAME_STATE_SIZE))
@@ -101,7 +102,6 @@ class HeldObject:
             watch=nothing if watch is None else watch[0].memory,
             hold=nothing if watch is None else watch[1].memory,
         )
-
         self._slack_law = compiled(object_slack)
         self.last_motion = nested(self.memory.impedance, impedance.memory.last)
         if watch is not None:
@@ -134,6 +134,15 @@ class HeldObject:
             outputs += [held("opened", opened), self._watch[1].release_of(resting, opened)]
         return outputs
 
+    def new_found(self, arms: dict[int, ArmSignals] | None = None) -> FoundObject:
+        """Returns what the law writes to.
+
+        Args:
+            arms: of an arm's number: what its laws take and find, for a part that has arms.
+        """
+        gains = self._impedance.changing_gains.configured
+        return FoundObject(self._law, gains, self._constants, arms or {})
+
     def find(
         self,
         now: Now,
@@ -157,13 +166,12 @@ class HeldObject:
                 beyond ϑ_M of the orientation family.
             SingularityError: the attitude leaves the domain of the orientation family.
         """
-        desired = now["desired_motion"]
-        found.hand_wrenches = wrenches
-        found.pose = self._grasp.pose(memory[self.memory.grasp], now, *hands)
-        found.state = state = now.state
+        desired, state = now["desired_motion"], now.state
+        found.pose[:] = self._grasp.pose(memory[self.memory.grasp], now, *hands)
         reference = self._at_rest
         if self._load.removes_inertial_load:
             reference = memory[self.last_motion]
+        found.take(hands, wrenches, desired, state, reference, self._impedance.gains(now))
         if self._impedance.has_domain:
             C = (
                 state[self.state.compliant]
@@ -171,21 +179,9 @@ class HeldObject:
                 else self._object_start(now, hands, found)
             )
             self._impedance.check(now, desired, _NO_WRENCH, C)
-        if not self._law(
-            *hands,
-            *wrenches,
-            desired,
-            state,
-            found.pose,
-            reference,
-            found.motions,
-            found.wrenches,
-            found.rates,
-            *self._impedance.gains(now),
-            *self._internal_gains,
-            *self._load.arguments,
-        ):
+        if not found.law():
             self._check(now, hands, wrenches, found)
+        state[:] = found.state  # a loop's own, with unit quaternions from here on
         if self._watch is not None and self._watch[1].is_held(memory[self.memory.hold]):
             self._rest(self._watch[1], memory, now.time, found.motions[HANDS])
 
@@ -240,9 +236,11 @@ class HeldObject:
         if self._internal is not None:
             self._internal.hold_back(memory[self.memory.internal], rates[self.state.mutual])
 
-    def sample(self, memory: Array, now: Now, wrenches: tuple[Array, Array]) -> None:
-        """Takes a sample of both hands' wrenches for the watch over the grasps."""
-        if self._watch is None:
+    def sample(
+        self, memory: Array, now: Now, wrenches: tuple[Array, Array], signals: WatchSignals | None
+    ) -> None:
+        """Takes a sample of both hands' wrenches for the watch over the grasps, in `signals`."""
+        if self._watch is None or signals is None:
             return
         watch, hold = self._watch
         # A hold follows one sample after what it is for, as behind a port.
@@ -251,7 +249,11 @@ class HeldObject:
             first, second = now.found.motions[HANDS]
             given = {"opened": opened, "reference_motion_1": first, "reference_motion_2": second}
             hold.sample(place, Within(now, {}, given))
-        watch.take(memory[self.memory.watch], *wrenches, now)
+        watch.take(memory[self.memory.watch], *wrenches, now, signals)
+
+    def new_workspace(self) -> WatchSignals | None:
+        """Returns where a sample is taken, if there is a watch."""
+        return None if self._watch is None else self._watch[0].new_workspace()
 
     def _rest(self, hold: Hold, memory: Array, time: float, references: Array) -> None:
         """Writes the hands' motions after the hold."""

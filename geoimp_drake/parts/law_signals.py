@@ -13,12 +13,13 @@ from geoimp_drake.arm.control_model import TASK_DIMENSION
 from geoimp_drake.compilation.compiled import bound
 from geoimp_drake.laws.compositions.arm_quantities import measured_motion
 from geoimp_drake.laws.compositions.impedance_step import impedance_step
+from geoimp_drake.laws.cooperation.grasp_watch import watch_grasps
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, FRAME_STATE_SIZE
 from geoimp_drake.laws.motion_control.inverse_dynamics import peak_effort
 from geoimp_drake.laws.motion_control.joint_reading import next_reading
 from geoimp_drake.typing import Array
 
-__all__ = ["ArmSignals", "ImpedanceSignals", "ReadingSignals"]
+__all__ = ["ArmSignals", "ImpedanceSignals", "KeptGains", "ReadingSignals", "WatchSignals"]
 
 
 class ReadingSignals:
@@ -65,6 +66,53 @@ class ReadingSignals:
         return is_taken
 
 
+class KeptGains:
+    """Gains of an impedance.
+
+    Args:
+        gains: as `compliant_motion` takes them.
+
+    Attributes:
+        arrays: the same, in memory of their own.
+    """
+
+    def __init__(self, gains: tuple[Array, ...]):
+        self._given, self.arrays = gains, tuple(np.array(gain) for gain in gains)
+
+    def take(self, gains: tuple[Array, ...]) -> None:
+        """Takes other gains, known by their identity."""
+        if gains is not self._given:
+            self._given = gains
+            for own, given in zip(self.arrays, gains, strict=True):
+                own[:] = given
+
+
+class WatchSignals:
+    """Those of `watch_grasps`.
+
+    Args:
+        thresholds: see the law.
+        limits: see the law.
+        period: see the law.
+
+    Attributes:
+        new: which hands have just opened (2,).
+        law: moves the times on by a period.
+    """
+
+    def __init__(self, thresholds: Array, limits: Array, period: float):
+        self._wrenches, self._times, self.new = np.zeros((2, 6)), np.zeros(4), np.zeros(2)
+        given = *self._wrenches, self._times, thresholds, limits, period
+        self.law: Callable[[], bool] = bound(watch_grasps, *given, self._times, self.new)
+
+    def take(self, h_1: Array, h_2: Array, times: Array) -> bool:
+        """Moves times (4,) on by a period; returns what the law does."""
+        self._wrenches[0], self._wrenches[1], self._times[:] = h_1, h_2, times
+        is_taken = self.law()
+        times[:] = self._times
+        return is_taken
+
+
 class ImpedanceSignals:
     """Those of `impedance_step`.
 
@@ -98,8 +146,8 @@ class ImpedanceSignals:
         self.state, self.rate = _array(FRAME_STATE_SIZE, state), _array(FRAME_STATE_SIZE, rate)
         self.desired, self.wrench = _array(FRAME_MOTION_SIZE, desired), _array(6, wrench)
         self.motion = np.zeros(FRAME_MOTION_SIZE)
-        self._given, self._gains = gains, tuple(np.array(gain) for gain in gains)
-        signals = self.state, self.desired, self.wrench, *self._gains, self.motion
+        self._gains = KeptGains(gains)
+        signals = self.state, self.desired, self.wrench, *self._gains.arrays, self.motion
         self.arguments = *signals, self.rate
         self.law = bound(impedance_step(family), *self.arguments)
 
@@ -111,10 +159,7 @@ class ImpedanceSignals:
             self.wrench[:] = wrench
         if state is not self.state:
             self.state[:] = state
-        if gains is not self._given:
-            self._given = gains
-            for own, given in zip(self._gains, gains, strict=True):
-                own[:] = given
+        self._gains.take(gains)
 
 
 class ArmSignals:

@@ -79,7 +79,7 @@ class LoadArguments:
             wrench == "printed",
             float(load.mass),
             np.array(load.centre_of_mass, dtype=float),
-            np.array(load.inertia, dtype=float),
+            np.array(load.inertia, dtype=float, order="C"),
             finite_vector(earth if gravity is None else gravity, "gravity", 3),
         )
         self.removes_inertial_load = load.mass > 0 and load.inertial_load == "compliant"

@@ -108,10 +108,10 @@ class TwoArms:
         ]
 
     def new_workspace(self) -> list[Any]:
-        """Returns those of both loops and of the sensors, and what the rate is found with."""
-        parts = (*self._loops, self._sensors)
+        """Returns those of both loops, of sensors and object, and what the rate is found with."""
+        parts = (*self._loops, self._sensors, self._object)
         places = [None if part is None else part.new_workspace() for part in parts]
-        return [*places, FoundObject()]
+        return [*places, self.new_found()]
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first readings."""
@@ -127,7 +127,7 @@ class TwoArms:
 
     def new_found(self) -> FoundObject:
         """Returns what the object's law writes to."""
-        return FoundObject({k: self._loops[k - 1].new_signals() for k in _ARMS})
+        return self._object.new_found({k: self._loops[k - 1].new_signals() for k in _ARMS})
 
     def find(self, now: Now, found: FoundObject) -> None:
         """Evaluates the object's law."""
@@ -150,18 +150,19 @@ class TwoArms:
 
     def rate(self, now: Now, rate: Array) -> None:
         """Writes the derivative of the object's state; a part without impedance follows D."""
-        found: FoundObject = now.workspace[3]
+        found: FoundObject = now.workspace[4]
         self.find(now, found)
         rate[:] = found.rates
         self._object.hold_back(found.memory[self.memory.object], rate)
 
     def _read(self, memory: Array, now: Now) -> None:
-        for loop, arm, measured in self._each:
+        *_, watch, found = now.workspace
+        for (loop, arm, measured), signals in zip(self._each, found.arms.values(), strict=True):
             loop.sample(memory[arm], now)
-            loop.write_motion(memory[arm], now, memory[measured])
+            memory[measured] = loop.measured(memory[arm], now, signals)
         # The watch sees the wrenches before this sample, as behind ports.
         place = memory[self.memory.object]
-        self._object.sample(place, now, self._wrenches(now, memory))
+        self._object.sample(place, now, self._wrenches(now, memory), watch)
 
     def _sense(self, memory: Array, now: Now) -> None:
         if self._sensors is not None:

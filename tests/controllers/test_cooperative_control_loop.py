@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from allocations import allocations_of_ticks
 from recorded_controller import Signals, record
 
+from geoimp_drake.compilation.compiled import is_available
 from geoimp_drake.controllers.cooperative_control_loop import CooperativeControlLoop
 from geoimp_drake.diagrams.setups.tight_scenario import ARMS
 from geoimp_drake.errors import ConfigurationError, SignalError
@@ -39,6 +41,14 @@ def test_torques_are_those_of_the_diagram():
     for k in range(2):
         mine = [pair[k] for pair in torques]
         np.testing.assert_allclose(mine, was.torques[k][:TICKS], rtol=0, atol=1e-9)
+
+
+@pytest.mark.skipif(not is_available(), reason="numba is not installed")
+def test_laws_take_no_memory_in_a_tick():
+    """Not for arrays from Python either, whose places the laws know."""
+    was, loop = recorded(), make()
+    loop.reset(*was.at(0))
+    assert allocations_of_ticks(lambda k: loop.step(*was.at(k))) == 0
 
 
 def test_a_saved_state_continues_to_the_bit():

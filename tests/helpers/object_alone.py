@@ -28,7 +28,10 @@ class ObjectAlone:
         self.outputs = held_object.outputs(slice(0, len(self.memory)))
 
     def new_found(self) -> FoundObject:
-        return FoundObject()
+        return self._object.new_found()
+
+    def new_workspace(self) -> Any:
+        return self._object.new_workspace()
 
     def check_start(self, now: Now) -> None:
         _ = now.found
@@ -46,7 +49,7 @@ class ObjectAlone:
         rate[:] = found.rates
 
     def _sample(self, memory: Array, now: Now) -> None:
-        self._object.sample(memory, now, _wrenches(now))
+        self._object.sample(memory, now, _wrenches(now), now.workspace)
 
 
 def _wrenches(now: Now) -> tuple[Any, Any]:

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 from geoimp_drake.compilation.compiled import compilable
-from geoimp_drake.compilation.small_arrays import sized
+from geoimp_drake.compilation.small_arrays import local, sized
 from geoimp_drake.laws.cooperation.half_rotation import is_half_defined
 from geoimp_drake.laws.cooperation.hand_references import moving_references, rigid_references
 from geoimp_drake.laws.cooperation.held_object import held_object_motion, held_object_wrenches
@@ -37,6 +37,7 @@ __all__ = ["COMPLIANT", "HANDS", "MEASURED_MUTUAL", "MUTUAL", "OBJECT", "object_
 # mutual pose that the references have, and of both references.
 OBJECT, MEASURED_MUTUAL, COMPLIANT, MUTUAL, HANDS = 0, 1, 2, 3, slice(4, 6)
 
+_NOWHERE = np.zeros(FRAME_MOTION_SIZE)
 
 # Of the mutual pose.
 _internal_impedance = compilable(compliant_motion(angular_acceleration))
@@ -151,7 +152,7 @@ def object_control(family_law: Callable[..., Array]) -> Callable[..., bool]:
         mutual[POSE_SIZE:] = 0.0
         mutual[:POSE_SIZE] = sized(pose, POSE_SIZE)
         if internal:
-            grasp = np.zeros(FRAME_MOTION_SIZE)
+            grasp = local(sized(_NOWHERE, FRAME_MOTION_SIZE))
             grasp[:POSE_SIZE] = sized(pose, POSE_SIZE)
             if not _internal_impedance(
                 state[n:],
