@@ -101,13 +101,15 @@ class WatchSignals:
     """
 
     def __init__(self, thresholds: Array, limits: Array, period: float):
-        self._wrenches, self._times, self.new = np.zeros((2, 6)), np.zeros(4), np.zeros(2)
-        given = *self._wrenches, self._times, thresholds, limits, period
+        # No views of one array: a copy of this object would part them from what the law keeps.
+        self._h_1, self._h_2 = np.zeros(6), np.zeros(6)
+        self._times, self.new = np.zeros(4), np.zeros(2)
+        given = self._h_1, self._h_2, self._times, thresholds, limits, period
         self.law: Callable[[], bool] = bound(watch_grasps, *given, self._times, self.new)
 
     def take(self, h_1: Array, h_2: Array, times: Array) -> bool:
         """Moves times (4,) on by a period; returns what the law does."""
-        self._wrenches[0], self._wrenches[1], self._times[:] = h_1, h_2, times
+        self._h_1[:], self._h_2[:], self._times[:] = h_1, h_2, times
         is_taken = self.law()
         times[:] = self._times
         return is_taken
