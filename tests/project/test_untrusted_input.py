@@ -17,6 +17,7 @@ from geoimp_drake.campaigns.journal import Journal
 from geoimp_drake.campaigns.report import REPORT, write_report
 from geoimp_drake.campaigns.reproduction import Reproduction, StudyResult, VariantResult
 from geoimp_drake.campaigns.study import Study, Variant
+from geoimp_drake.campaigns.table import Page
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.simulation.claims import Claim
@@ -130,7 +131,8 @@ def test_names_and_errors_are_texts_in_the_report(tmp_path):
         get_experiment("plexiglas"), "plexiglas", (variant,), None, (), MARKUP, MARKUP, 1.0
     )
     result = VariantResult(variant, tmp_path, (), (claim,), MARKUP)
-    write_report(Reproduction((StudyResult(study, (result,), (), ()),), None), tmp_path)
+    results = Reproduction((StudyResult(study, (result,), (), ()),), None)
+    write_report(results, tmp_path, Page("reproduce", "A report"))
     with visit(tmp_path / REPORT) as visited:
         assert visited.page.evaluate("window.mark") is None
         assert visited.page.inner_text("body").count(MARKUP) >= 6

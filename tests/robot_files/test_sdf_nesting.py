@@ -156,7 +156,7 @@ def test_meshes_of_included_models_are_beside_them(tmp_path):
             "hands/none.sdf",
             r"cell\.sdf:3: <include> names 'hands/none",
         ),
-        ("hands/hand.sdf", "cell.sdf", r"cell\.sdf:3: .*cell\.sdf is included where it stands"),
+        ("hands/hand.sdf", "cell.sdf", r"cell\.sdf:3: .*cell\.sdf includes itself"),
         ("model://small", "model://big", "package 'big', which is neither above nor beside"),
         (
             "<name>left",
