@@ -118,12 +118,11 @@ def errors(log: DriveLog, A: str, B: str) -> np.ndarray:
 
 
 def test_its_hand_follows_in_free_motion(server):
-    """While joints turn, the dry friction of MuJoCo's (0.2 to 1.1 Nm) keeps the hand back."""
+    """Within 1 mm; what is left, 0.3 mm, is the dry friction of MuJoCo's joints, 0.2 to 1.1 Nm."""
     arm = FrankaArm(server.address)
     log = drive(arm, controller(), "none", MotionSegment(1.5, [0.0, 0.1, 0.05]), MotionSegment(0.5))
     assert log.failure is None
-    assert errors(log, "E", "D").max() < 5e-3
-    assert errors(log, "E", "D")[-200:].max() < 1e-3
+    assert errors(log, "E", "D").max() < 1e-3
 
 
 def test_the_program_of_the_page_lifts_its_hand(server):
@@ -136,9 +135,9 @@ def test_the_program_of_the_page_lifts_its_hand(server):
     urdf = str(files("franky_sim") / "assets" / "fr3.urdf")
     log = names["lift_the_hand"](server.address, urdf, supervisor=PATIENT, wrench="none")
     assert log.failure is None
-    assert errors(log, "E", "D").max() < 5e-3
+    assert errors(log, "E", "D").max() < 1e-3
     way = np.ptp(log.values["motion_E"][:, POSITION], axis=0)
-    np.testing.assert_allclose(way, [0.0, 0.0, 0.05], atol=5e-3)
+    np.testing.assert_allclose(way, [0.0, 0.0, 0.05], rtol=0, atol=1e-3)
 
 
 def test_20_s_at_1_khz_in_free_motion_and_then_pressed_on_a_box(server):
