@@ -105,6 +105,11 @@ def _add_servos(
 
 
 def _check_nominal(scenario: SingleArmScenario) -> None:
+    if type(scenario) is not SingleArmScenario:
+        raise ConfigurationError(
+            f"experiment is '{scenario.experiment}', for a simulated plant alone, and this arm is "
+            f"driven through its interface. Give another, such as custom, or use geoimp run."
+        )
     if scenario.engine != "drake":
         raise ConfigurationError(
             f"engine is '{scenario.engine}', and this arm is driven through its interface. Leave "

@@ -124,8 +124,11 @@ class MujocoRun:
             "wrench_true": self._sensor.true_wrench(),
             "energy": self.loop.output("energy"),
         }
-        if self._scenario.limits is not None:
-            row["limited"] = self.loop.output("limited")
+        reports = {
+            "limited": self._scenario.limits is not None,
+            "compensation": self._scenario.remedies.is_on,
+        }
+        row |= {name: self.loop.output(name) for name, is_on in reports.items() if is_on}
         for name, value in row.items():
             self._rows[name].append(np.copy(value))
 

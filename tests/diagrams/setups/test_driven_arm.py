@@ -21,6 +21,14 @@ def test_a_drive_refuses_safety_before_its_robot_is_looked_for() -> None:
         ScenarioDrive(scenario())
 
 
+@pytest.mark.parametrize("settings", [(), ("impedance.spring=axis-angle",)])
+def test_a_drive_refuses_what_is_for_a_simulated_plant(settings: tuple[str, ...]) -> None:
+    """A spring without a potential never comes to a robot, nor is a hand left out in silence."""
+    turned = get_experiment("orientation_loop").scenario((), settings)
+    with pytest.raises(ConfigurationError, match=r"^experiment is 'orientation_loop'"):
+        ScenarioDrive(turned)
+
+
 @pytest.mark.parametrize(
     ("loop", "settings"), [(ControlLoop, ()), (AdmittanceLoop, ("scheme=admittance",))]
 )

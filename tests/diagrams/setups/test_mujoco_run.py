@@ -77,6 +77,19 @@ def run(*arguments) -> int:
         return int(stop.code or 0)
 
 
+def test_remedies_act_there_too_and_are_in_the_log(tmp_path):
+    """The plant is as the model knows it, so the integral has little to do; still it acts."""
+    logs = []
+    for settings in ((), ("remedies.integral.rate=2.0",)):
+        scenario = short("plexiglas", "engine=mujoco", "duration=0.3", *settings)
+        out = tmp_path / str(len(logs))
+        logs.append(run_experiment(EXPERIMENTS["plexiglas"], scenario, out, figures=False).log)
+    usual, remedied = logs
+    assert remedied.keys() - usual.keys() == {"six/compensation"}
+    assert 1e-6 < np.abs(remedied["six/compensation"]).max() < 5.0
+    assert not np.array_equal(remedied["six/u"], usual["six/u"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
