@@ -47,7 +47,7 @@ from geoimp_drake.errors import one_line
 from geoimp_drake.output_folder import write_files
 from geoimp_drake.scenario.loading import plain_data, read_yaml
 from geoimp_drake.simulation.claims import Claim, at_most, phase_reached
-from geoimp_drake.simulation.run import simulate
+from geoimp_drake.simulation.experiment import simulated
 from geoimp_drake.simulation.style import figure_contents, figure_files
 from geoimp_drake.systems.frame_motion import LINEAR_ACCELERATION, LINEAR_VELOCITY
 from geoimp_drake.systems.sources.desired_motion import phases_of
@@ -137,12 +137,13 @@ def _measure(run: Mapping[str, Any]) -> dict[str, Any]:
     """Returns a run's `values` by metric, its `identity` and what stopped it."""
     experiment = get_experiment(run["experiment"])
     scenario = experiment.scenario((run["scenario"],))
-    setup = experiment.build(scenario)
-    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration, events=setup.events)
-    log = setup.recorder.collect(outcome.context)
+    log, failure = simulated(experiment.build(scenario), scenario)
     metrics = task_metrics if scenario.external is None else step_metrics
-    failure = None if outcome.failure is None else one_line(outcome.failure)
-    return {"identity": _identity(run), "values": metrics(log, scenario), "failure": failure}
+    return {
+        "identity": _identity(run),
+        "values": metrics(log, scenario),
+        "failure": None if failure is None else one_line(failure),
+    }
 
 
 def _identity(run: Mapping[str, Any]) -> str:

@@ -35,7 +35,7 @@ from geoimp_drake.errors import one_line
 from geoimp_drake.output_folder import check_folder, write_files
 from geoimp_drake.scenario.loading import plain_data, read_yaml
 from geoimp_drake.simulation.claims import Claim, at_most, last_second
-from geoimp_drake.simulation.run import simulate
+from geoimp_drake.simulation.experiment import simulated
 from geoimp_drake.simulation.style import figure_contents, figure_files
 from geoimp_drake.systems.frame_motion import POSITION
 
@@ -117,13 +117,14 @@ def run_world(world: World) -> dict[str, Any]:
     """
     experiment = get_experiment(world.experiment)
     scenario = experiment.scenario((world.scenario,))
-    setup = experiment.build(scenario)
-    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration, events=setup.events)
-    log = setup.recorder.collect(outcome.context)
+    log, failure = simulated(experiment.build(scenario), scenario)
     claims = [claim.as_dict() for claim in experiment.claims(log, scenario)]
-    failure = None if outcome.failure is None else one_line(outcome.failure)
-    identity, off = _identity(world), _deviation(log, scenario.compliant)
-    return {"identity": identity, "claims": claims, "deviation": off, "failure": failure}
+    return {
+        "identity": _identity(world),
+        "claims": claims,
+        "deviation": _deviation(log, scenario.compliant),
+        "failure": None if failure is None else one_line(failure),
+    }
 
 
 def _identity(world: World) -> str:

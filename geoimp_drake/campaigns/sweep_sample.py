@@ -7,7 +7,7 @@ import numpy as np
 
 from geoimp_drake.errors import one_line
 from geoimp_drake.simulation.claims import HOLDS, REPORTED, Claim
-from geoimp_drake.simulation.run import simulate
+from geoimp_drake.simulation.experiment import simulated
 from geoimp_drake.typing import Array
 
 __all__ = ["SAMPLE_FIELDS", "Sample", "run_sample"]
@@ -47,26 +47,20 @@ def run_sample(sample: Sample) -> dict[str, Any]:
     succeeds if each of the experiment's claims holds. A run that ends early never succeeds.
 
     Raises:
-        GeoimpError: the scenario cannot be used.
-        RuntimeError: the simulation cannot even start.
-        ValueError: likewise.
+        GeoimpError: the scenario cannot be used, or the simulation cannot even start.
     """
     experiment = sample.experiment
     scenario = experiment.scenario((sample.scenario,), sample.overrides)
-    setup = experiment.build(scenario)
-    outcome = simulate(setup.diagram, scenario.simulator, scenario.duration, events=setup.events)
-    if outcome.failure is not None and outcome.time == 0.0:
-        raise outcome.failure
-    log = setup.recorder.collect(outcome.context)
+    log, failure = simulated(experiment.build(scenario), scenario)
     claims = experiment.claims(log, scenario)
     values = _own_values(experiment, log, scenario)
     success = values.pop("success", all(claim.verdict in (HOLDS, REPORTED) for claim in claims))
     return {
-        "success": bool(success) and outcome.failure is None,
+        "success": bool(success) and failure is None,
         "peak_force": _peak(log, slice(3, 6)),
         "peak_moment": _peak(log, slice(0, 3)),
         "values": {**values, **_values_of(claims)},
-        "failure": None if outcome.failure is None else one_line(outcome.failure),
+        "failure": None if failure is None else one_line(failure),
     }
 
 

@@ -13,7 +13,7 @@ from geoimp_drake.analysis.tuning import Candidate, Objective, Tuning, best
 from geoimp_drake.campaigns.many_runs import check_jobs
 from geoimp_drake.campaigns.tuning_plan import TuningPlan
 from geoimp_drake.campaigns.tuning_problem import tuning_of
-from geoimp_drake.campaigns.tuning_run import Trial, simulated
+from geoimp_drake.campaigns.tuning_run import Trial, whole_log
 from geoimp_drake.campaigns.tuning_trials import Trials
 from geoimp_drake.errors import ConfigurationError
 from geoimp_drake.typing import Array
@@ -86,7 +86,8 @@ def tune(
     plan.validate()
     check_cma("geoimp tune")
     check_jobs(jobs, "geoimp tune")
-    setup, log = simulated(experiment, scenario)
+    setup = experiment.build(scenario)
+    log = whole_log(setup, scenario)
     loop = loop_of(setup)
     encounter = experiment.encounter(log, scenario, loop.step)
     given = Trial(experiment, {}, encounter.touch).told(log, scenario)

@@ -9,11 +9,10 @@ import numpy as np
 from geoimp_drake.analysis.contact_model import GAINS
 from geoimp_drake.analysis.encounter import contact_metrics
 from geoimp_drake.scenario.loading import plain_data
-from geoimp_drake.simulation.experiment import cannot_start
-from geoimp_drake.simulation.run import simulate
+from geoimp_drake.simulation.experiment import cannot_start, simulated
 from geoimp_drake.typing import Array
 
-__all__ = ["TRIAL_FIELDS", "Trial", "run_trial", "simulated", "with_gains"]
+__all__ = ["TRIAL_FIELDS", "Trial", "run_trial", "whole_log", "with_gains"]
 
 # Of what `run_trial` returns.
 TRIAL_FIELDS = {"metrics": dict, "failed": list, "force": list}
@@ -51,27 +50,19 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         GeoimpError: the scenario cannot be used, or the simulation fails.
     """
     scenario = trial.experiment.scenario((trial.scenario,))
-    _, log = simulated(trial.experiment, scenario)
-    return trial.told(log, scenario)
+    return trial.told(whole_log(trial.experiment.build(scenario), scenario), scenario)
 
 
-def simulated(experiment: Any, scenario: Any) -> tuple[Any, dict[str, Array]]:
-    """Returns the set-up of a scenario and the log of its run.
+def whole_log(setup: Any, scenario: Any) -> dict[str, Array]:
+    """Returns the log of a scenario's run.
 
     Raises:
-        GeoimpError: the scenario cannot be used, or the simulation does not reach its end.
+        GeoimpError: the simulation does not reach its end.
     """
-    setup = experiment.build(scenario)
-    outcome = simulate(
-        setup.diagram,
-        scenario.simulator,
-        scenario.duration,
-        label=scenario.experiment,
-        events=setup.events,
-    )
-    if outcome.failure is not None:
-        raise cannot_start(outcome.failure)
-    return setup, setup.recorder.collect(outcome.context)
+    log, failure = simulated(setup, scenario, scenario.experiment)
+    if failure is not None:
+        raise cannot_start(failure)
+    return log
 
 
 def with_gains(scenario: Any, factors: Mapping[str, float]) -> dict[str, Any]:

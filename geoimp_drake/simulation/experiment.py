@@ -4,7 +4,7 @@ import io
 import json
 import logging
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -30,6 +30,7 @@ __all__ = [
     "as_npz",
     "cannot_start",
     "run_experiment",
+    "simulated",
     "versions",
     "write_run",
 ]
@@ -97,20 +98,43 @@ def run_experiment(
     if meshcat is not None and live:
         wait = pause_button(meshcat)
         _log.info(f"Meshcat shows the run at {meshcat.web_url()}")
+    log, failure = simulated(setup, scenario, scenario.experiment, real_time=live, wait=wait)
+    replay = meshcat if html else None
+    return write_run(experiment, scenario, log, failure, out, figures, replay)
+
+
+def simulated(
+    setup: Any,
+    scenario: Any,
+    label: str = "",
+    *,
+    real_time: bool = False,
+    wait: Callable[[], bool] | None = None,
+) -> tuple[dict[str, Array], Exception | None]:
+    """Returns the log of a scenario's run, and what stopped it before its end.
+
+    Args:
+        setup: built from the scenario.
+        scenario: its open fields are filled in.
+        label: see `simulate`, as the following.
+        real_time: see there.
+        wait: see there.
+
+    Raises:
+        GeoimpError: the simulation cannot even start.
+    """
     outcome = simulate(
         setup.diagram,
         scenario.simulator,
         scenario.duration,
-        label=scenario.experiment,
-        real_time=live,
+        label=label,
+        real_time=real_time,
         events=setup.events,
         wait=wait,
     )
     if outcome.failure is not None and outcome.time == 0.0:
         raise cannot_start(outcome.failure)
-    log = setup.recorder.collect(outcome.context)
-    replay = meshcat if html else None
-    return write_run(experiment, scenario, log, outcome.failure, out, figures, replay)
+    return setup.recorder.collect(outcome.context), outcome.failure
 
 
 def _run_elsewhere(
