@@ -1,8 +1,8 @@
 """The controller's own model of one arm, taken out of any finalized plant.
 
-The model holds the joints on the way from the world to the end-effector frame and the bodies that
-they carry, welded ones merged into one link each: as many bodies as joints, whatever else the
-plant contains.
+The model holds the joints on the way from the world to the end-effector frame, and the bodies that
+they carry. Bodies welded together are merged into one link, so it has as many bodies as joints,
+whatever else the plant contains.
 """
 
 from collections.abc import Sequence
@@ -36,18 +36,18 @@ TASK_DIMENSION = 6
 class ControlModel:
     """One arm as its controller knows it.
 
-    Each rotor of this model also has the Δt F that friction adds in a discrete plant's step, see
-    `friction_inertia`.
+    The rotor inertias of this model include the Δt F that friction adds in a discrete plant's step,
+    see `friction_inertia`.
 
     Attributes:
         plant: a finalized plant with this arm alone, one body a joint, gravity included.
         end_effector: the frame E in it.
         viscous_friction: F of (2.2), one per joint [Nm s/rad or N s/m].
         effort_limits: of the actuators, one per joint [Nm or N].
-        position_limits: lower and upper ones of the joints (2, n) [rad or m].
-        velocity_limits: the same of the velocities (2, n) [rad/s or m/s].
+        position_limits: lower and upper limits of the joint positions (2, n) [rad or m].
+        velocity_limits: the same for the velocities (2, n) [rad/s or m/s].
         joint_names: from the base to the hand, the order of every vector of this model.
-        state_order: where this model's [q; v] stand in the state of the model instance.
+        state_order: index of each entry of this model's [q; v] in the state of the model instance.
         actuation_order: which joint each actuator of the model instance drives.
         time_step: Δt of the plant that it was taken from, zero if that is continuous [s].
     """
@@ -86,7 +86,7 @@ class ControlModel:
         return replace(self, plant=plant, end_effector=plant.get_frame(self.end_effector.index()))
 
     def in_plant_order(self, q: Array) -> Array:
-        """Returns joint positions (n) in the order of the model instance's."""
+        """Returns joint positions (n) in the order of the model instance."""
         positions = np.empty_like(q)
         positions[self.state_order[: self.num_joints]] = q
         return positions
@@ -108,7 +108,7 @@ class ControlModel:
             end_effector_frame: E, fixed in the arm's last link or in something welded to it.
             without: model instances that hang on the arm but are not part of its model (a load
                 whose weight stays in the measured wrench).
-            gravity: whether the arm has weight; not so if the robot itself holds it.
+            gravity: whether the arm has weight; false if the robot compensates gravity itself.
 
         Raises:
             ModelError: the plant does not contain such an arm; the message says what is missing.
@@ -216,7 +216,7 @@ def _actuators_of(
     chain: Chain,
 ) -> list[JointActuator]:
     """Returns the actuator of each joint of the chain."""
-    # Of several actuators of a joint the first is the arm's.
+    # Where a joint has several actuators, the arm uses the first.
     by_joint: dict[JointIndex, JointActuator] = {}
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices(model_instance)):
         by_joint.setdefault(actuator.joint().index(), actuator)
@@ -241,7 +241,7 @@ def _limits_of(chain: Chain, quantity: str) -> Array:
 
 
 def _state_order(plant: MultibodyPlant, model_instance: ModelInstanceIndex, chain: Chain) -> Array:
-    """Returns where the chain's [q; v] stand in the model instance's state."""
+    """Returns the indices of the chain's [q; v] in the model instance's state."""
     nq, nv = plant.num_positions(model_instance), plant.num_velocities(model_instance)
     q_of = plant.GetPositionsFromArray(model_instance, np.arange(plant.num_positions()))
     v_of = plant.GetVelocitiesFromArray(model_instance, np.arange(plant.num_velocities()))
@@ -257,5 +257,5 @@ def _state_order(plant: MultibodyPlant, model_instance: ModelInstanceIndex, chai
 
 
 def _actuation_order(actuators: list[JointActuator]) -> Array:
-    """Returns where each actuator, in the order of the model instance's, stands in the chain."""
+    """Returns the index in the chain of each actuator, in the order of the model instance."""
     return np.argsort([actuator.input_start() for actuator in actuators])

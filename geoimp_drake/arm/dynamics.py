@@ -60,14 +60,14 @@ class Scratch:
 
 
 class ChainArm:
-    """Where the laws of the chain write an arm, again and again; a copy has its own arrays.
+    """Arrays into which the laws of the chain write an arm at each call; a copy has its own.
 
     Args:
         n: number of joints.
 
     Attributes:
         state: the arm.
-        arrays: of it, as `arm_quantities` takes them.
+        arrays: those of the arm, in the form that `arm_quantities` takes.
     """
 
     def __init__(self, n: int):
@@ -95,10 +95,10 @@ class ChainArm:
 
 
 class ArmDynamics(Protocol):
-    """What evaluates an arm."""
+    """Evaluates an arm's kinematics and dynamics."""
 
     def new_scratch(self) -> Any:
-        """Returns what `evaluate` works with, for one context."""
+        """Returns the working memory of `evaluate` for one context."""
 
     def evaluate(self, scratch: Any, state: Array) -> ArmState:
         """Returns the arm at [q; v] (2n,) in the model's order, until the scratch is used again."""
@@ -119,10 +119,10 @@ class ArmDynamics(Protocol):
 
 
 def arm_dynamics(model: ControlModel) -> ArmDynamics:
-    """Returns what evaluates an arm fastest.
+    """Returns the fastest way to evaluate an arm.
 
-    Where laws are compiled, they take a third of the time of Drake's calls; uncompiled they take
-    many times as long.
+    Compiled laws take a third of the time of Drake's calls; laws that are not compiled take many
+    times as long.
     """
     return ChainDynamics(model) if is_available() else DrakeDynamics(model)
 
@@ -134,7 +134,7 @@ class ChainDynamics:
         model: the arm.
 
     Attributes:
-        arguments: the arm as the laws take it, and memory for what a call finds of it.
+        arguments: the arm in the form that the laws take, and memory for their results.
     """
 
     def __init__(self, model: ControlModel):
@@ -148,7 +148,7 @@ class ChainDynamics:
         return ChainArm(self._n)
 
     def evaluate(self, scratch: ChainArm | None, state: Array) -> ArmState:
-        """See `ArmDynamics`; without scratch in arrays of its own."""
+        """See `ArmDynamics`; without `scratch`, the result has arrays of its own."""
         arm = scratch or ChainArm(self._n)
         arm.state.chain.x[:] = state
         self._quantities(*arm.arrays)

@@ -11,9 +11,9 @@ __all__ = ["friction_inertia"]
 def friction_inertia(plant: MultibodyPlant, joint: Joint) -> Array:
     """Returns Δt F, one per velocity of a joint [kg m² or kg].
 
-    A discrete plant takes friction at the end of a step, B (v⁺ − v)/Δt = τ − F v⁺ − …, so that it
-    moves as if its inertia were B + Δt F. With TAMSI it is taken at the beginning; then, and in a
-    continuous plant, it is zero.
+    A discrete plant evaluates friction at the end of a step, B (v⁺ − v)/Δt = τ − F v⁺ − …. It thus
+    moves as if its inertia were B + Δt F. TAMSI evaluates friction at the beginning of the step.
+    With TAMSI, and in a continuous plant, the result is zero.
     """
     # Newer Drakes have no TAMSI.
     tamsi = getattr(DiscreteContactApproximation, "kTamsi", None)

@@ -1,4 +1,4 @@
-"""A plant's joints as a tree that grows from the world: what carries what."""
+"""A plant's joints as a tree rooted in the world: which body carries which."""
 
 from collections.abc import Sequence
 
@@ -29,8 +29,8 @@ def welded_bodies(
 ) -> list[RigidBody]:
     """Returns what a weld joint carries: the body on its far side and all that moves with it.
 
-    Joints further out (a gripper's fingers) count as locked. The first body is the far side: the
-    joint's parent if the joint was declared from the hand to the base.
+    Joints further out (a gripper's fingers) count as locked. The first body is the one on the far
+    side: the joint's parent if the joint was declared from the hand to the base.
     """
     tree = KinematicTree(plant, set(without))
     return tree.carried_by(tree.far_side(joint).index(), through_joints=True)
@@ -84,7 +84,7 @@ def path_to(plant: MultibodyPlant, frame: Frame) -> Array | None:
 
 
 class KinematicTree:
-    """The plant's joints as a tree that grows from the world."""
+    """The plant's joints as a tree rooted in the world."""
 
     def __init__(self, plant: MultibodyPlant, without: set[ModelInstanceIndex]):
         self.plant = plant
@@ -119,7 +119,7 @@ class KinematicTree:
         return path[::-1]
 
     def far_side(self, joint: Joint) -> RigidBody:
-        """Returns the body of a joint that is further from the world."""
+        """Returns the one of a joint's two bodies that is farther from the world."""
         child = joint.child_body()
         inboard = self.inboard.get(child.index())
         reaches_child = inboard is not None and inboard[0].index() == joint.index()

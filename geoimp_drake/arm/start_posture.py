@@ -23,16 +23,16 @@ __all__ = [
 
 # A start must be well away from a singularity, not just short of one.
 _SINGULAR = 1e-2
-# An arm whose joints all turn by less between their limits is hardly meant so [rad].
+# If all joints turn by less than this between their limits, the file is probably wrong [rad].
 _NARROW = np.deg2rad(20.0)
-# A posture on a limit, which solvers keep to a tolerance, is no start.
+# The least margin of a start: solvers keep limits only to a tolerance.
 _LEAST_MARGIN = 1e-2
-# Further from the limits than this is no better.
+# A larger margin than this makes a posture no better.
 _AMPLE_MARGIN = 0.3
-# Joints without limits, and those of many turns, are looked for within this [rad or m].
+# Joints without limits, and those of many turns, are searched within ± this [rad or m].
 _WIDEST = np.pi
 _SAMPLES, _GUESSES = 400, 12
-# For the nearness of poses, a radian counts as much as so many metres.
+# In the distance between two poses, a radian counts as this many metres.
 _RADIAN = 0.3
 
 
@@ -41,13 +41,13 @@ def find_start_posture(
 ) -> Array:
     """Returns a posture far from joint limits and singularities, the same for the same seed.
 
-    Of the postures that are tried the best has the largest `posture_quality`. Collisions are not
-    checked.
+    Of the postures that it tries, it returns the one with the largest `posture_quality`. It does
+    not check collisions.
 
     Args:
         model: the arm.
-        X_WE: pose of its end effector, reached by inverse kinematics from several guesses;
-            anywhere by default.
+        X_WE: pose of its end effector, reached by inverse kinematics from several guesses; any pose
+            by default.
         seed: of the random postures.
 
     Returns:
@@ -55,7 +55,7 @@ def find_start_posture(
 
     Raises:
         ConfigurationError: no posture within the joint limits reaches X_WE.
-        SingularityError: the best that was found is at a kinematic singularity.
+        SingularityError: the best posture found is at a kinematic singularity.
     """
     best = start_postures(model, X_WE, seed=seed)[0]
     check_start(model, best)
@@ -63,7 +63,7 @@ def find_start_posture(
 
 
 def check_start(model: ControlModel, q: Array) -> None:
-    """Refuses the best posture of an arm if that is singular, and says if joints can hardly move.
+    """Refuses an arm's best posture if it is singular, and says if the joints can hardly move.
 
     Args:
         model: the arm.
@@ -160,7 +160,7 @@ def _arm_at(model: ControlModel, context: Context, q: Array) -> ArmState:
 
 
 def _distance(arm: ArmState, X_WE: RigidTransform) -> float:
-    """Returns how far the end effector is from a pose, in a measure of metres."""
+    """Returns how far the end effector is from a pose [m], rotation included."""
     R_WE = RotationMatrix(arm.R_WE)
     angle = R_WE.InvertAndCompose(X_WE.rotation()).ToAngleAxis().angle()
     return float(np.linalg.norm(arm.p_WE - X_WE.translation()) + _RADIAN * angle)

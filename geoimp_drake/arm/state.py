@@ -37,7 +37,7 @@ class ArmState:
     Cv: Array  # (n) Coriolis and centrifugal torques
     Fv: Array  # (n) viscous friction torques
     g: Array  # (n) torques that hold the arm against gravity
-    chain: Any = None  # what `dynamics.ChainDynamics` has found besides
+    chain: Any = None  # further results of `dynamics.ChainDynamics`
 
 
 def evaluate_arm(

@@ -1,1 +1,1 @@
-"""Robots' own interfaces: drivers, and what drives an arm through one."""
+"""Robots' own interfaces: drivers, and the loop that drives an arm through one."""

@@ -28,10 +28,10 @@ from geoimp_drake.validation import check, choice, finite_vector, key, positive
 
 __all__ = ["WRENCHES", "Drive", "DriveConfig", "command_of"]
 
-# Where the wrench at E comes from.
+# The sources of the wrench at E.
 WRENCHES = ("observer", "robot", "none")
 
-# Of a period: the supervisor's time never stands still.
+# Least share of a period by which the supervisor's time moves on at each tick.
 _LEAST = 0.1
 
 _NO, _YES = np.zeros(1), np.ones(1)
@@ -48,11 +48,11 @@ class _Motion(Protocol):
 class DriveConfig:
     """How an arm is driven."""
 
-    # At E: observer, robot, as it reports it, or none; null for the first.
+    # The wrench at E: observer, robot (as it reports it) or none; null for the first.
     wrench: str | None = None
     observer: MomentumObserverConfig = field(default_factory=MomentumObserverConfig)
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
-    keep: float = 10.0  # time whose every tick is kept in the log [s]
+    keep: float = 10.0  # the log keeps every tick of the last so many seconds [s]
     log_period: float = 0.01  # of the log of the whole drive [s]
     # Subtracted from what the robot reports, [moment; force] in E; `geoimp tare --wrist` finds it.
     wrench_bias: Array = field(default_factory=lambda: np.zeros(6))
@@ -110,7 +110,7 @@ class Drive:
         self._external_wrench = bound(external_wrench, *arm, loop.model.state_order)
 
     def look(self) -> RobotStatus:
-        """Connects; returns a status, and commands nothing.
+        """Connects and returns a status; it commands nothing.
 
         If torques that act a tick late would make the arm unstable here, a warning says so once.
 
@@ -129,7 +129,7 @@ class Drive:
         """Drives the robot; returns what was logged, whatever ended it.
 
         Args:
-            motion: of D; it begins when what is sent has faded in.
+            motion: of D; it begins when the commands have faded in.
             duration: after which D has ended and the arm is stopped [s].
 
         Raises:
@@ -154,7 +154,7 @@ class Drive:
         return replace(self._log.read(), failure=failure, early=self._early())
 
     def _early(self) -> RobotError | None:
-        """Returns that the motion has not ended, if so: an arm braked for its end is past it."""
+        """Returns an error if the arm stopped before its motion had ended."""
         if self._clock > self._duration:
             return None
         by = "Ctrl-C" if self._stops else "its supervisor, a warning says why"
@@ -162,16 +162,16 @@ class Drive:
         return RobotError(f"{self._robot.name}: stopped by {by}, {done}.")
 
     def _rehearse(self, status: RobotStatus) -> None:
-        """Computes ticks for nothing: what is compiled then would keep the robot waiting.
+        """Computes ticks whose results are not used: no robot shall wait for a compilation.
 
-        One is a tick like most, one comes after a gap, which is bridged law by law.
+        One is an ordinary tick. The other one comes after a gap, which is bridged law by law.
         """
         self._begin(status)
         for ticks in (1, 2):
             self._compute(replace(status, time=self._last + ticks * self._robot.period), _NO)
 
     def _first_status(self) -> RobotStatus | None:
-        """Returns the first status after the start; one may be late by as long as later ones."""
+        """Returns the first status after the start; it may be as late as any later one."""
         end = time.perf_counter() + self._config.supervisor.hold
         status = self._robot.read()
         while status is None and time.perf_counter() < end:
@@ -211,14 +211,14 @@ class Drive:
         self._keep(status, wrench, time.perf_counter() - begun)
 
     def _compute(self, status: RobotStatus | None, valid: Array = _YES) -> Array | float:
-        """Finds what is sent; returns the wrench. A status that is not valid starts nothing."""
+        """Finds the command; returns the wrench. A status that is not valid starts nothing."""
         supervisor, loop = self._supervisor, self._loop
         elapsed = passed = self._robot.period
         is_new = status is not None and status.time > self._last and is_finite_status(status)
         readings = {"valid": valid if is_new else _NO}
         if status is not None and is_new:
             elapsed, self._last = status.time - self._last, status.time
-            # Ticks without a status have counted already, also where it was only late.
+            # Ticks without a status have already counted, even if the status was only late.
             passed = max(status.time - self._now, _LEAST * passed)
             readings |= {
                 "wrench": self._wrench(status, elapsed),
@@ -239,7 +239,7 @@ class Drive:
         return readings.get("wrench", np.nan)
 
     def _measured(self, status: RobotStatus) -> Array:
-        """Returns what a robot does of that which it takes."""
+        """Returns the measured value of what the robot takes: torques or positions."""
         return status.torque if self._robot.takes == "torque" else status.q
 
     def _stop(self) -> Array:
@@ -265,7 +265,7 @@ class Drive:
         self._log.append(kept, computing)
 
     def _note_silence(self, now: float) -> None:
-        """Tells the supervisor how long the robot was silent, which its own clock may not."""
+        """Tells the supervisor how long the robot was silent; the robot's clock may not show it."""
         silent, self._heard = now - self._heard, now
         if self._robot.real_time and silent > self._config.supervisor.hold:
             self._supervisor.step({"valid": _NO, "stop": _NO}, {}, silent)
@@ -306,7 +306,7 @@ class Drive:
 
     @contextmanager
     def _stopped_by_interrupt(self) -> Iterator[None]:
-        """Lets Ctrl-C brake the arm in the place of ending the program."""
+        """Lets Ctrl-C brake the arm instead of ending the program."""
 
         def stop(number: int, frame: object) -> None:
             self._stops = True
@@ -319,14 +319,14 @@ class Drive:
 
 
 def command_of(asked: Array | JointReference) -> Array:
-    """Returns what a robot is sent; one that takes positions finds their velocities itself."""
+    """Returns what a robot is sent: a robot that takes positions finds their velocities itself."""
     return asked.positions if isinstance(asked, JointReference) else asked
 
 
 def _supervisor_of(
     robot: RobotArm, loop: ControlLoop | AdmittanceLoop, config: SupervisorConfig
 ) -> Supervisor:
-    """Returns a supervisor that keeps the robot's own limit, too; positions have no effort."""
+    """Returns a supervisor that also keeps the robot's own limit; positions have no effort."""
     if robot.takes == "position":
         unlimited = np.full(len(robot.joints), np.inf)
         return Supervisor(unlimited, config, robot.period)

@@ -1,4 +1,4 @@
-"""What is refused before a drive: a robot that does not fit its controller, or is no such robot."""
+"""Checks before a drive: does the robot fit its controller, and is it the expected robot?"""
 
 from geoimp_drake.controllers.admittance_controller import AdmittanceLoop
 from geoimp_drake.controllers.control_loop import ControlLoop
@@ -10,7 +10,7 @@ __all__ = ["check_fit", "check_status", "check_wrench", "is_finite_status"]
 
 
 def check_fit(robot: RobotArm, loop: ControlLoop | AdmittanceLoop) -> None:
-    """Raises ConfigurationError if what is sent, joints, period or gravity do not fit."""
+    """Raises ConfigurationError if commands, joints, period or gravity do not fit."""
     if robot.takes != loop.gives:
         raise ConfigurationError(
             f"{robot.name} takes a {robot.takes} of each joint, and the controller gives a "
@@ -48,7 +48,7 @@ def check_wrench(robot: RobotArm, wrench: str | None) -> None:
 def check_status(
     status: RobotStatus | None, robot: RobotArm, loop: ControlLoop | AdmittanceLoop
 ) -> RobotStatus:
-    """Returns a robot's first status; raises RobotError if there is none, or not of this arm."""
+    """Returns a robot's first status; raises RobotError if it is missing or not of this arm."""
     n = len(loop.joints.names)
     if status is None:
         raise RobotError(f"{robot.name} does not answer. Is it switched on, and its address right?")

@@ -1,4 +1,4 @@
-"""What is logged of a drive."""
+"""The log of a drive."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,17 +13,18 @@ __all__ = ["DriveLog", "TickLog"]
 
 @dataclass
 class DriveLog:
-    """What was logged of a drive: t, q, v, torque, wrench, mode, motions, and what was reported.
+    """The log of a drive: t, q, v, torque, wrench, mode, motions, and what the robot reported.
 
-    Of a robot that takes positions, `position` is what it was sent, and `torque` what it reports.
+    For a robot that takes positions, `position` is what it was sent, and `torque` what it reports.
 
     Attributes:
         values: of the last ticks, a row each.
         whole: of the whole drive, a row each log period, or the next tick that has a valid status.
-        ticks: how many there were in all.
-        computing: from a status to its torques, of the last ticks [s].
+        ticks: their number in all.
+        computing: time from a status to its torques, of the last ticks [s].
         failure: what ended the drive, if the supervisor did not.
-        early: that it was braked before its motion had ended, by its supervisor or by Ctrl-C.
+        early: an error if it was braked before its motion had ended, by its supervisor or by
+            Ctrl-C.
     """
 
     values: dict[str, Array]
@@ -38,10 +39,10 @@ class TickLog:
     """The last ticks, in arrays that are made once, and the whole drive more coarsely.
 
     Args:
-        keep: time whose every tick is kept [s].
+        keep: how long every tick is kept [s].
         log_period: of the rows of the whole drive [s].
         period: of a tick [s].
-        n: how many joints there are.
+        n: number of joints.
     """
 
     def __init__(self, keep: float, log_period: float, period: float, n: int):
@@ -55,7 +56,7 @@ class TickLog:
         self._computing, self._count, self._due = np.zeros(size), 0, 0
 
     def append(self, values: dict[str, Any], computing: float) -> None:
-        """Keeps a tick: values by name, NaN for what is not given, and the time it took [s].
+        """Keeps a tick: values by name, NaN for those not given, and the computing time [s].
 
         There is a wrench whenever there is a valid status.
         """

@@ -1,4 +1,4 @@
-"""Which driver an arm has, in a scenario's YAML."""
+"""The driver of an arm in a scenario's YAML."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -18,11 +18,11 @@ DRIVERS = ("plant", "franka", "lcm")
 class DriverConfig(DriveConfig):
     """How an arm is reached, and how it is driven."""
 
-    kind: str = "plant"  # the scenario's own, simulated; or franka, lcm
+    kind: str = "plant"  # the scenario's own plant, simulated; or franka, lcm
     address: str = ""  # of a Franka arm
     messages: str = "iiwa"  # on LCM; or panda
     url: str = ""  # of LCM; its own default if empty
-    channel: str | None = None  # what the LCM channels' names begin with, by default IIWA or PANDA
+    channel: str | None = None  # prefix of the LCM channels' names, by default IIWA or PANDA
     period: float = 5e-3  # of the statuses on LCM [s]
     patience: float | None = None  # of each status on LCM; null for one and a half periods [s]
     joints: list[str] = field(default_factory=list)  # in the robot's order; from base to hand
@@ -42,10 +42,10 @@ class DriverConfig(DriveConfig):
             )
 
     def drive_config(self, takes: str) -> DriveConfig:
-        """Returns how it is driven: a simulated arm has a wrist sensor, others are observed.
+        """Returns how it is driven: a simulated arm has a wrist sensor, others an observer.
 
         Args:
-            takes: the robot, see `RobotArm`; where positions are sent it must report the wrench.
+            takes: see `RobotArm`; a robot that takes positions must report the wrench.
         """
         own = "robot" if self.kind == "plant" or takes == "position" else "observer"
         return replace(self, wrench=own if self.wrench is None else self.wrench)
@@ -58,11 +58,11 @@ class DriverConfig(DriveConfig):
         Args:
             joints: the arm's, from base to hand.
             simulated: makes the driver of the scenario's own plant.
-            takes: what is to be sent, see `RobotArm`.
+            takes: kind of the commands, see `RobotArm`.
 
         Raises:
             ConfigurationError: a package that the driver needs is not installed, or the robot does
-                not take that.
+                not take such commands.
         """
         if self.kind == "plant":
             return simulated()

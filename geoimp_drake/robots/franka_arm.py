@@ -17,8 +17,9 @@ __all__ = ["FR3_JOINTS", "FrankaArm"]
 
 FR3_JOINTS = tuple(f"fr3_joint{k}" for k in range(1, 8))
 
-# What takes the connection and says nothing holds libfranka, and with it this whole program, for
-# ever: Ctrl-C is not heard either. So another program asks first, and is ended when time is up.
+# A peer that accepts the connection and stays silent blocks libfranka, and with it this whole
+# program, for ever; Ctrl-C does not work either. So another process asks first, and is ended when
+# time is up.
 _ASK = """
 import sys, pylibfranka
 try:
@@ -31,16 +32,16 @@ except Exception as error:
 class FrankaArm:
     """The driver of a Franka arm (or of `franky-sim`); see `RobotArm`.
 
-    Torques are commanded at 1 kHz; the robot itself holds the arm's weight and stops by itself if
-    20 commands in a row are late. What libfranka does to the scheduler of the thread that connects
-    is undone: `real_time` is what asks for a priority. Needs the extra `franka`.
+    It commands torques at 1 kHz. The robot itself compensates gravity, and stops by itself if 20
+    commands in a row are late. libfranka changes the scheduler of the thread that connects; this
+    driver undoes that, since priorities are set by `real_time`. It needs the extra `franka`.
 
     Args:
-        address: of the robot, a name or number.
-        joints: their names in the robot's file, from base to hand; those of an FR3 by default.
+        address: of the robot, a host name or an IP address.
+        joints: names in the robot's file, from base to hand; those of an FR3 by default.
         real_time: whether the connection demands a kernel with real-time scheduling, as libfranka
             does by default.
-        patience: how long the first answer of the robot is waited for [s].
+        patience: how long to wait for the robot's first answer [s].
 
     Attributes:
         success_rate: lowest share of commands that came in time, as the robot counts it.
@@ -118,10 +119,10 @@ class FrankaArm:
             return
         last = self._library.Torques([0.0] * len(self.joints))
         last.motion_finished = True
-        # A robot that has gone, or has stopped by itself, holds itself.
+        # A robot that is gone, or has stopped by itself, holds its arm itself.
         with contextlib.suppress(*self._errors):
             self._control.writeOnce(last)
-        # The robot takes no second connection while there is this one.
+        # The robot accepts no second connection while this one is open.
         self._control = self._robot = None
 
     def _ask(self) -> None:
@@ -145,7 +146,7 @@ class FrankaArm:
 
 @contextlib.contextmanager
 def _same_scheduler() -> Iterator[None]:
-    """Undoes that libfranka gives this thread the highest priority, and leaves it there."""
+    """Restores the scheduler of this thread, which libfranka leaves at the highest priority."""
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         yield
@@ -159,9 +160,9 @@ def _status(state: Any) -> RobotStatus:
         time=state.time.to_sec(),
         q=np.array(state.q),
         v=np.array(state.dq),
-        # Commanded, since what is measured contains the weight.
+        # The commanded torque, since the measured one contains the weight.
         torque=np.array(state.tau_J_d),
-        # Measured less expected: what the joints exert on what touches the arm. `franky-sim`
-        # expects nothing, and repeats what it measures: that is no estimate.
+        # libfranka's value, measured less expected, is what the joints exert on what touches the
+        # arm. `franky-sim` expects nothing and repeats what it measures, which is no estimate.
         external_torque=None if external == list(state.tau_J) else -np.array(external),
     )

@@ -19,34 +19,34 @@ __all__ = ["LcmArm", "LcmRobot"]
 # status counts as missing [s, 1].
 _PATIENCE, _LATE = 2.0, 1.5
 
-# What LCM makes of a URL.
+# The providers that LCM knows in a URL.
 _PROVIDERS = ("udpm", "tcpq", "memq", "file")
 
 # How far a period may be from a multiple of a step, in steps.
 _ROUNDING = 1e-6
 
-# A command counts for so long; drake-franka-driver's time [s].
+# A command expires after this time, as in drake-franka-driver [s].
 _EXPIRY = 0.1
 
 
 class LcmArm:
     """The driver of an iiwa or a Panda behind Drake's messages; see `RobotArm`.
 
-    The robot itself holds the arm's weight. A status without joints or without a time, which
-    Drake's receivers give before the first one, counts as none.
+    The robot itself compensates gravity. A status without joints or time, which Drake's receivers
+    give before the first one, counts as none.
 
     Args:
         robot: `iiwa` or `panda`.
         url: of LCM; empty for LCM's own default.
         joints: names in the order of the messages.
         period: of the statuses [s].
-        channel: what the channels' names begin with; by default IIWA or PANDA.
+        channel: prefix of the channels' names; by default IIWA or PANDA.
         patience: after how long a status counts as missing [s]; one and a half periods by default.
         takes: `torque`, or `position`, which an iiwa's messages have.
 
     Raises:
-        ConfigurationError: an unknown robot or one that takes no positions, a period that is not
-            positive, or no URL of LCM.
+        ConfigurationError: the robot is unknown or takes no positions, the period is not positive,
+            or LCM does not know the URL.
     """
 
     gravity, real_time = "robot", True
@@ -97,7 +97,7 @@ class LcmArm:
         self._lcm.Publish(f"{self._channel}_COMMAND", message.encode())
 
     def stop(self) -> None:
-        """See `RobotArm`; the robot holds its weight, or the last positions."""
+        """See `RobotArm`; the robot then holds its weight, or the last positions."""
         if self._sent is not None:
             is_held = self.takes == "position"
             self.write(self._sent if is_held else np.zeros(len(self.joints)))
@@ -122,8 +122,8 @@ class LcmArm:
 class LcmRobot:
     """Lets an arm in a plant speak Drake's messages: the other end of `LcmArm`.
 
-    A status is sent each period, with what contacts and pushes do to the joints; torques count
-    until the next ones, or for a tenth of a second. Then, and before the first ones, its brakes
+    It sends a status each period, with the joint torques of contacts and pushes. Torques act until
+    the next command, or for a tenth of a second. Then, and before the first command, the brakes
     hold the arm. Servos hold the last positions, at first those of the start.
 
     Args:
@@ -134,8 +134,8 @@ class LcmRobot:
         channel: what the channels' names begin with; by default IIWA or PANDA.
 
     Raises:
-        ConfigurationError: an unknown robot, no URL of LCM, or a period that is no multiple of the
-            plant's step.
+        ConfigurationError: the robot is unknown, LCM does not know the URL, or the period is no
+            multiple of the plant's step.
     """
 
     def __init__(
@@ -161,11 +161,11 @@ class LcmRobot:
         self._lcm.Subscribe(f"{self._channel}_COMMAND", self._take)
 
     def run(self, duration: float, *, in_step: bool = False) -> None:
-        """Lets time pass, at real time.
+        """Lets time pass, in real time.
 
         Args:
             duration: [s].
-            in_step: waits for the answer to each status instead, as long as there is one.
+            in_step: waits for the answer to each status instead, as long as answers come.
         """
         status, begun, is_answered = self._arm.connect(), time.monotonic(), False
         while status.time < duration:
@@ -186,7 +186,7 @@ class LcmRobot:
             is_answered = in_step and self._commanded > sent
 
     def _listen(self, until: float, answer: float) -> None:
-        """Takes commands until an instant, or until one that came after another instant."""
+        """Takes commands until a given instant, or until one arrives after the instant `answer`."""
         while (left := until - time.monotonic()) > 0 and self._commanded < answer:
             self._lcm.HandleSubscriptions(max(1, round(1e3 * left)))
 
@@ -197,7 +197,7 @@ class LcmRobot:
 
 
 def _of_kind(takes: str, messages: LcmMessages) -> tuple[Any, Any]:
-    """Returns how a command of this kind is read from a message, and how it is written to one."""
+    """Returns the functions that read such a command from a message, and write it to one."""
     choice(takes, "takes", TAKES)
     if takes == "torque":
         return messages.read_command, messages.write_command
@@ -210,7 +210,7 @@ def _of_kind(takes: str, messages: LcmMessages) -> tuple[Any, Any]:
 
 
 def _lcm(url: str) -> DrakeLcm:
-    """Returns LCM at a URL; of one that it does not know LCM makes one that sends nothing."""
+    """Returns LCM at a URL; refuses one that LCM does not know, where LCM would send nothing."""
     if url and url.partition("://")[0] not in _PROVIDERS:
         raise ConfigurationError(
             f"The URL of LCM is '{url}'; give one that begins with "

@@ -1,7 +1,7 @@
-"""Drake's LCM messages of an iiwa and of a Panda, as drake-iiwa-driver and -franka-driver use them.
+"""Drake's LCM messages of iiwa and Panda, as drake-iiwa-driver and drake-franka-driver use them.
 
-The signs of external torques differ: an iiwa reports what acts on its joints, a Panda what its
-joints exert.
+The signs of external torques differ: an iiwa reports the torques that act on its joints, a Panda
+those that its joints exert.
 """
 
 from collections.abc import Callable
@@ -22,13 +22,13 @@ _TORQUE_MODE = 4
 
 @dataclass(frozen=True)
 class LcmMessages:
-    """What a robot's messages mean, in both directions.
+    """Converts a robot's messages, in both directions.
 
     Attributes:
-        status_type: the message with which the robot reports.
+        status_type: the message that the robot sends.
         command_type: the message that it obeys.
         read_status: from such a message to a status.
-        write_status: the other way.
+        write_status: from a status to such a message.
         read_command: from such a message to torques (n), None if it holds none.
         write_command: from the last status message and torques to a command.
         read_position: from such a message to joint positions (n); None if the robot takes none.
@@ -73,7 +73,7 @@ def _read_iiwa_command(message: Any) -> Array | None:
 def _write_iiwa_command(status: Any, torque: Array) -> Any:
     command = lcmt_iiwa_command()
     command.utime, command.num_joints = status.utime, status.num_joints
-    # In torque mode positions have no stiffness, but the robot wants to be told where it is.
+    # In torque mode positions have no stiffness, but the robot still expects its own position.
     command.joint_position = status.joint_position_measured
     command.num_torques, command.joint_torque = len(torque), torque.tolist()
     return command
@@ -119,8 +119,8 @@ def _read_panda_command(message: Any) -> Array | None:
 
 def _write_panda_command(status: Any, torque: Array) -> Any:
     command = lcmt_panda_command()
-    # The driver compares it with the clock that it writes into a status, of the machine that it
-    # runs on, and lets old commands expire: no other machine's clock would do.
+    # The driver lets old commands expire. It compares their time with the clock of its own machine,
+    # which it writes into each status. No other machine's clock would do.
     command.utime, command.control_mode_expected = status.utime, _TORQUE_MODE
     command.num_joint_torque, command.joint_torque = len(torque), torque.tolist()
     return command

@@ -13,16 +13,16 @@ __all__ = ["PlantArm"]
 
 
 class PlantArm:
-    """The driver of an arm in a plant; see `RobotArm`. Time passes as statuses are read.
+    """The driver of an arm in a plant; see `RobotArm`. Time passes when a status is read.
 
-    Its status has what pushes and contacts do to the joints, and not the weight of a payload, which
-    whoever holds the arm knows. Until torques are taken over the arm rests: whoever holds it exerts
-    what its weight asks for.
+    Its status has the joint torques of pushes and contacts. The weight of a payload is not among
+    them, since whoever holds the arm knows it. Until the controller takes over, the arm rests, and
+    its weight is held.
 
     Args:
         diagram: contains the plant, whose actuation of the arm is connected to its servos only.
         plant: in it, discrete.
-        model_instance: the arm, whose joints are named as the model names them.
+        model_instance: the arm; its joints have the model's names.
         gravity: who holds the arm's weight, `controller` or `robot`.
         wrench: name of the diagram's output port with h at E, None for none.
         position: name of the diagram's input port with the positions of the arm's servos, in the
@@ -63,7 +63,7 @@ class PlantArm:
 
     def connect(self) -> RobotStatus:
         """See `RobotArm`."""
-        # Whoever holds the arm until then exerts what its weight asks for.
+        # Until the controller takes over, something holds the arm's weight.
         if self._position is not None:
             self._command = self._plant.GetPositions(self._context)[self._q]
             self._send(self._position)
@@ -76,7 +76,7 @@ class PlantArm:
         """See `RobotArm`."""
 
     def read(self) -> RobotStatus:
-        """See `RobotArm`; the plant moves on by a tick under what was written last."""
+        """See `RobotArm`; the plant moves on by a tick under the last command."""
         if self._position is not None:
             self._send(self._position)
         else:
@@ -94,7 +94,7 @@ class PlantArm:
         """See `RobotArm`."""
 
     def brake(self, is_held: bool) -> None:
-        """Locks the joints, or lets them go."""
+        """Locks the joints, or releases them."""
         for joint in self._own_joints:
             if is_held:
                 joint.Lock(self._context)
@@ -102,7 +102,7 @@ class PlantArm:
                 joint.Unlock(self._context)
 
     def external_torque(self) -> Array:
-        """Returns what pushes and contacts do to the joints, in their order (n) [Nm, N]."""
+        """Returns the joint torques of pushes and contacts, in the joints' order (n) [Nm, N]."""
         plant, context = self._plant, self._context
         forces, W = MultibodyForces(plant), plant.world_frame()
         pushes = plant.get_applied_spatial_force_input_port()

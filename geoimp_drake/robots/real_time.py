@@ -1,4 +1,4 @@
-"""What a loop needs of the operating system to be on time."""
+"""The operating system's services that a loop needs to be on time."""
 
 import ctypes
 import gc
@@ -13,7 +13,7 @@ __all__ = ["real_time", "scheduler"]
 
 _log = logging.getLogger("drake")
 
-# Of mlockall: what is there, and what comes.
+# Flags of mlockall: the present memory, and all that is allocated later.
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 
@@ -22,15 +22,15 @@ def real_time(priority: int = 80) -> Iterator[bool]:
     """Gives this process what a loop needs to be on time, until the context ends.
 
     The scheduler is SCHED_FIFO, memory is locked, and Python's garbage collector is off. Threads
-    inherit the scheduler when they are made: enter the context **before** the driver connects,
-    since LCM makes its receiving thread then, and a receiver that waits makes 16 % of the ticks
-    late instead of 1 %.
+    inherit the scheduler when they start: enter the context **before** the driver connects, since
+    LCM starts its receiving thread then. A receiver that has to wait makes 16 % of the ticks late
+    instead of 1 %.
 
-    Where the system does not permit one of these, the loop runs all the same: one warning says what
-    is missing and what to do.
+    If the system does not permit one of these, the loop still runs. One warning says what is
+    missing and what to do.
 
     Args:
-        priority: of SCHED_FIFO, 1 to 98; more than that of interrupts is asking for trouble.
+        priority: of SCHED_FIFO, 1 to 98; one above that of interrupts is asking for trouble.
 
     Yields:
         Whether all of it was permitted.

@@ -1,4 +1,4 @@
-"""What a driver of a robot's arm is: it reads a status, and writes torques or positions."""
+"""The interface of a robot arm's driver: it reads a status, and writes torques or positions."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -8,28 +8,28 @@ from geoimp_drake.typing import Array
 
 __all__ = ["TAKES", "RobotArm", "RobotError", "RobotStatus"]
 
-# What a robot may take.
+# The kinds of commands that a robot may take.
 TAKES = ("torque", "position")
 
 
 class RobotError(GeoimpError):
-    """A robot does not answer, or reports what cannot be."""
+    """A robot does not answer, or reports something impossible."""
 
 
 @dataclass
 class RobotStatus:
-    """What a robot reports at a tick, in its own order of joints.
+    """A robot's report at a tick, in its own order of joints.
 
     Attributes:
         time: of the robot's clock [s].
         q: joint positions (n) [rad, m].
         v: joint velocities (n).
-        torque: that the robot's joints exert, without what holds their weight if the robot does
-            that itself (n) [Nm, N].
+        torque: exerted by the joints, without gravity compensation if the robot does that itself
+            (n) [Nm, N].
         wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6), None if the
             robot measures none.
-        external_torque: on the joints, from what touches the arm or hangs on it and the robot does
-            not know (n); None if not estimated.
+        external_torque: on the joints, by whatever touches the arm or hangs on it unknown to the
+            robot (n); None if not estimated.
     """
 
     time: float
@@ -41,17 +41,17 @@ class RobotStatus:
 
 
 class RobotArm(Protocol):
-    """A driver. One's own is a class with these names; see `docs/howto/on_a_robot.md`.
+    """A driver. To write your own, make a class with these names; see `docs/howto/on_a_robot.md`.
 
     Attributes:
         name: for messages and logs.
         joints: names in the order of status and torques, those of the robot's file.
         period: of a tick [s].
-        gravity: who holds the arm's weight: `robot`, which adds it to the torques that it is given,
-            or `controller`.
-        real_time: whether time passes at the robot while nothing is read or written.
-        torque_rate: how fast the robot lets a torque change [Nm/s, N/s].
-        takes: what is written to it: `torque`, or `position` of joints with servos of their own.
+        gravity: who compensates gravity: `robot`, which adds it to the commanded torques, or
+            `controller`.
+        real_time: whether time passes for the robot while nothing is read or written.
+        torque_rate: fastest change of a torque that the robot accepts [Nm/s, N/s].
+        takes: kind of its commands: `torque`, or `position` of joints with servos of their own.
     """
 
     name: str
@@ -66,7 +66,7 @@ class RobotArm(Protocol):
         """Connects; returns a status before anything is commanded, None if there is no answer.
 
         Raises:
-            RobotError: there is no answer, or not such a robot.
+            RobotError: there is no answer, or it is another robot.
         """
 
     def start(self) -> None:
@@ -76,7 +76,7 @@ class RobotArm(Protocol):
         """Waits for the next status; returns None if there is none for a period and a half."""
 
     def write(self, command: Array) -> None:
-        """Sends what the robot takes for the next tick (n) [Nm, N] or [rad, m]."""
+        """Sends the command for the next tick (n), torques [Nm, N] or positions [rad, m]."""
 
     def stop(self) -> None:
         """Gives the arm back to the robot's own controller, which holds it; closes."""

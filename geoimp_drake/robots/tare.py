@@ -1,4 +1,4 @@
-"""What hangs on an arm that its model does not know, from what joints or wrist feel at rest."""
+"""The load on an arm that its model does not know, from joint torques or wrenches at rest."""
 
 from collections.abc import Iterable, Sequence
 
@@ -17,10 +17,10 @@ from geoimp_drake.typing import Array
 
 __all__ = ["TareReading", "identify_payload", "mean_at_rest", "read_at_rest", "tare_postures"]
 
-# Joints that move faster are not at rest [rad/s, m/s].
+# Joints that move faster than this are not at rest [rad/s, m/s].
 _AT_REST = 0.02
 
-# Statuses that are not counted: sensors and filters begin somewhere.
+# The number of first statuses that are not counted, while sensors and filters settle.
 _SETTLING = 50
 
 # How far from the first posture the others are [rad, m], and how near to a limit (share of range).
@@ -35,15 +35,15 @@ def read_at_rest(
 ) -> TareReading:
     """Returns positions and external torques of a connected robot, means of some statuses.
 
-    If the controller holds the weight, they are what the joints exert beyond the weight of the
-    model, whatever the robot knows of its load; else what the robot estimates itself. At the wrist
-    it is the wrench that is reported.
+    If the controller holds the weight, the external torques are what the joints exert beyond the
+    weight of the model, whatever the robot knows of its load. Otherwise they are the robot's own
+    estimate. At the wrist it is the reported wrench.
 
     Args:
         robot: connected; nothing is commanded.
-        model: the arm without what is looked for, with its weight.
-        samples: how many statuses.
-        at_wrist: reads the wrench in the place of the torques.
+        model: the arm with its weight, without the unknown load.
+        samples: number of statuses.
+        at_wrist: reads the wrench instead of the torques.
 
     Raises:
         RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
@@ -59,7 +59,7 @@ def read_at_rest(
 def mean_at_rest(
     robot: RobotArm, model: ControlModel, statuses: Sequence[RobotStatus], *, at_wrist: bool
 ) -> TareReading:
-    """Returns what `read_at_rest` does, of statuses that have been read; errors are the same."""
+    """Returns the same as `read_at_rest`, from statuses already read; errors are the same."""
     joints, felt = RobotJoints(model, robot.joints), []
     for status in statuses:
         if (speed := float(np.abs(status.v).max())) > _AT_REST:
@@ -77,13 +77,13 @@ def identify_payload(
     *,
     at_wrist: bool = False,
 ) -> IdentifiedLoad:
-    """Returns what hangs on E beyond the model, and a bias of each joint from base to hand.
+    """Returns the load on E beyond the model, and the bias of each joint from base to hand.
 
-    From readings at the wrist the bias is that of the wrench, in E.
+    From readings at the wrist, the bias is that of the wrench, in E.
 
     Args:
-        robot: whose joints they are.
-        model: the arm without what is looked for.
+        robot: the one that was read.
+        model: the arm without the unknown load.
         readings: of `read_at_rest`, in 6 to 10 postures that differ by 1 rad.
         at_wrist: whether they are wrenches.
 
@@ -112,12 +112,12 @@ def identify_payload(
 
 
 def tare_postures(model: ControlModel, first: Array, count: int) -> list[Array]:
-    """Returns postures that tell a load from biases, within the limits; all are (n), base first.
+    """Returns postures within the limits that tell a load from biases; each is (n), base first.
 
     Args:
         model: the arm.
-        first: near which they are.
-        count: how many.
+        first: the posture near which they lie.
+        count: number of postures.
     """
     low, high = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
     margin = np.where(np.isfinite(high - low), _MARGIN * (high - low), 0.0)

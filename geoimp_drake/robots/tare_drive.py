@@ -1,4 +1,4 @@
-"""Postures that an arm is driven to, one after the other, and what is read while it rests there."""
+"""Drives an arm to several postures, one after the other, and reads it while it rests there."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -20,20 +20,20 @@ from geoimp_drake.typing import Array
 
 __all__ = ["PostureTour", "TourPosture", "readings_of"]
 
-# Largest joint speed on the way [rad/s, m/s], and how long each posture is kept [s].
+# Largest joint speed between postures [rad/s, m/s], and how long each posture is kept [s].
 _SPEED, _DWELL = 0.4, 1.0
 
-# Times of rest with fewer rows are none; of the others the second half is read.
+# A rest with fewer rows does not count; of the others the second half is read.
 _ROWS = 10
 
-# The largest speed on a way from rest to rest, times its duration and over its length.
+# The largest speed of a motion from rest to rest, times its duration, divided by its length.
 _PEAK = 1.875
 
 
 class TourPosture:
-    """w of `Posture` about q_d of a tour in the place of the start's; descend it (k_β < 0).
+    """w of `Posture` about a tour's q_d instead of the start's posture; descend it (k_β < 0).
 
-    D alone leaves a redundant arm's null-space motion open.
+    D alone does not determine a redundant arm's null-space motion.
 
     Args:
         model: the arm.
@@ -44,7 +44,7 @@ class TourPosture:
         self._q, self._v = np.zeros((2, model.num_joints))
 
     def follow(self, q: Array, v: Array) -> None:
-        """Takes q_d and its velocity, as of the tour's clock, which stands still in a hold."""
+        """Takes q_d and its velocity at the tour's time, which stands still in a hold."""
         self._q, self._v = q, v
 
     def evaluate(self, instant: Instant) -> TaskValue:
@@ -54,17 +54,18 @@ class TourPosture:
 
 
 class PostureTour:
-    """A motion of D: that of E while all joints move from rest to rest, and rest in each posture.
+    """A motion of D that takes all joints from rest to rest, and lets them rest in each posture.
 
-    On the way s(t) from 0 to 1 of `smooth_step`, q = q_k + s Δq, V = J ṡ Δq, A = J s̈ Δq + J̇ ṡ Δq.
+    Between two postures, with s(t) of `smooth_step` from 0 to 1,
+    q = q_k + s Δq, V = J ṡ Δq, A = J s̈ Δq + J̇ ṡ Δq.
 
     Args:
         model: the arm.
-        postures: after the first, which is where it is; each (n), base first.
+        postures: those after the first, which is where the arm is; each (n), base first.
 
     Attributes:
-        duration: of all [s]; from `begin` on.
-        task: that keeps the joints of a redundant arm on their way.
+        duration: total time [s]; known after `begin`.
+        task: keeps a redundant arm's joints at q_d.
     """
 
     def __init__(self, model: ControlModel, postures: list[Array]):
@@ -73,7 +74,7 @@ class PostureTour:
         self.task = TourPosture(model)
 
     def begin(self, first: Array) -> None:
-        """Puts the posture where the arm is before the others."""
+        """Puts the arm's present posture before the others."""
         self._postures = [first, *self._postures]
         ways = [np.abs(np.diff(pair, axis=0)).max() for pair in pairwise(self._postures)]
         self._moves = [max(_PEAK * float(way) / _SPEED, _DWELL) for way in ways]
@@ -100,17 +101,17 @@ class PostureTour:
 def readings_of(
     log: DriveLog, count: int, robot: RobotArm, model: ControlModel, *, at_wrist: bool
 ) -> list[TareReading]:
-    """Returns what was read in each posture of a drive.
+    """Returns the readings in each posture of a drive.
 
     Args:
         log: of the drive.
-        count: of postures.
-        robot: that was driven.
-        model: the arm without what is looked for, with its weight.
-        at_wrist: reads the wrench in the place of the torques.
+        count: number of postures.
+        robot: the one that was driven.
+        model: the arm with its weight, without the unknown load.
+        at_wrist: reads the wrench instead of the torques.
 
     Raises:
-        RobotError: the drive ended before the last posture, or as `read_at_rest`.
+        RobotError: the drive ended before the last posture; or as in `read_at_rest`.
     """
     rows = log.whole
     rests = np.isin(rows["mode"][:, 0], (Mode.RUN, Mode.HOLD))

@@ -1,4 +1,4 @@
-"""What hangs on an arm that its model does not know, from a motion that was logged."""
+"""The load on an arm that its model does not know, from a logged motion."""
 
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
@@ -18,21 +18,21 @@ __all__ = ["identify_from_log"]
 def identify_from_log(
     log: dict[str, Array], arm: str, model: ControlModel, *, gravity: str, at_wrist: bool
 ) -> IdentifiedLoad:
-    """Returns what hangs on E beyond the model, its inertia too, and biases as `identify_payload`.
+    """Returns the load on E beyond the model, with its inertia, and biases as `identify_payload`.
 
-    From joints it is what their torques do beyond M v̇ + C v + F v, and beyond the weight of the
-    model unless the robot itself holds that.
+    From the joints' torques it subtracts M v̇ + C v + F v, and the weight of the model unless the
+    robot itself holds that. The load explains the rest.
 
     Args:
-        log: of a run or a drive, by its keys.
-        arm: whose.
-        model: the arm without what is looked for, with its weight.
+        log: arrays of a run or a drive, by key.
+        arm: the arm's name in the log.
+        model: the arm with its weight, without the unknown load.
         gravity: who held the weight, `controller` or `robot`.
-        at_wrist: from the logged wrench, in the place of the logged torques.
+        at_wrist: uses the logged wrench instead of the logged torques.
 
     Raises:
-        ConfigurationError: the log is not of this arm, too short, or its motion does not tell a
-            load from a bias; the message has the condition number.
+        ConfigurationError: the log is too short or not of this arm, or its motion does not tell a
+            load from a bias. The message then has the condition number.
     """
     t, q, v, u, wrench = joint_columns(log, arm, model)
     dv, readings, moving = np.gradient(v, t, axis=0), [], _Moving(model, gravity)

@@ -8,9 +8,9 @@ __all__ = ["AdaptiveDamping"]
 
 
 class AdaptiveDamping(PartSystem):
-    """Multiplies an impedance's damping while a contact gives alternating energy out.
+    """Raises an impedance's damping while a contact gives out alternating energy.
 
-    It observes that energy W as `PassivityObserver` does, and puts out the factor 1 + λ(c − 1),
+    It observes that energy W as `PassivityObserver` does, and outputs the factor 1 + λ(c − 1),
 
         λ := λ + Δt/T₁ up to 1 while W > 0,   λ := λ(1 − Δt/T₂) otherwise     (L.7)
 

@@ -15,7 +15,7 @@ __all__ = ["AutoDiffPartSystem", "FlowingAutoDiffPartSystem", "autodiff_system_o
 
 
 class AutoDiffPartSystem(PartShell, LeafSystem_[AutoDiffXd]):
-    """What `PartSystem` is for float; values are copied, since Drake lends none of `AutoDiffXd`.
+    """A `PartSystem` for `AutoDiffXd`; values are copied, since Drake lends none of that type.
 
     Args:
         part: see `geoimp_drake.parts.part`; it takes no samples.

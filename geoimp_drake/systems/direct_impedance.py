@@ -16,11 +16,12 @@ class DirectImpedance(PartSystem):
         a = [ω̇_d; p̈_d] + M⁻¹(D Δv + K Δ − h),   Δ = "D minus E"
 
     with every orientation family. Its output, the motion of C, is the pose and the velocity of E
-    with this acceleration. A `MotionController` that tracks it finds no error and passes the
-    acceleration on. The part that has no impedance follows D, and is tracked as usual.
+    with that acceleration. A `MotionController` that tracks it finds no error and passes the
+    acceleration on. A part without impedance (translation or rotation) follows D and is tracked as
+    usual.
 
-    A model error or friction in the joints moves E as a wrench on it does, by as much as the
-    impedance is soft. See `ImpedanceIntegrator` for the scheme that the chapter recommends.
+    A model error or friction in the joints moves E as a wrench on it does: the softer the
+    impedance, the farther. See `ImpedanceIntegrator` for the scheme that the chapter recommends.
 
     Frames: W world, D desired, C compliant, E end effector.
 
@@ -39,9 +40,9 @@ class DirectImpedance(PartSystem):
         input stiffness: K (6×6) row by row, [angular; linear], as configured if not connected (36)
         input damping: D (6×6), the same (36)
         input damping_scale: factor of D, one if not connected (1)
-        input slack: what limits leave undone of C's acceleration; zero if not connected (6)
-        output compliant_motion: of C in W: E, with the acceleration that is asked of it (19)
-        output last_compliant_motion: of C when the last step began; of no input directly (19)
+        input slack: C's acceleration that limits leave undone; zero if not connected (6)
+        output compliant_motion: of C in W: E, with the acceleration that the law asks for (19)
+        output last_compliant_motion: of C when the last step began; no direct feedthrough (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
     """

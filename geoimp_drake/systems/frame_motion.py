@@ -1,8 +1,7 @@
 """One signal carries a whole frame motion, a vector of 19: "replace d by c" is one wire.
 
-Order: unit quaternion [w, x, y, z] and position p of the frame, then its angular velocity ω, linear
-velocity v, angular acceleration ω̇ and linear acceleration v̇. All are of the frame in W, expressed
-in W.
+The order is unit quaternion [w, x, y, z], position p, angular velocity ω, linear velocity v,
+angular acceleration ω̇ and linear acceleration v̇. All are of the frame in W, expressed in W.
 """
 
 import numpy as np

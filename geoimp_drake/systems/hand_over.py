@@ -10,13 +10,13 @@ __all__ = ["HandOver", "desired_at_equilibrium"]
 class HandOver(PartSystem):
     """Passes the torques of one of two controllers on, and changes over between them smoothly.
 
-    When the other one is selected, what the torques differ by at that instant fades out,
+    When the other one is selected, the difference of the torques at that instant fades out,
 
         τ = τ_new + (1 − s(t/T)) (τ_old − τ_new)(0),
 
-    s being the fifth-order polynomial of `smooth_step`. The controller that takes over has to run
-    by then, with the arm where it is. One with an impedance begins with the D of
-    `desired_at_equilibrium`. An `IndustrialController` is `preset` to the output `torque`.
+    where s is the fifth-order polynomial of `smooth_step`. The controller that takes over has to
+    run by then, started where the arm is. Start an impedance controller with the D of
+    `desired_at_equilibrium`. `preset` an `IndustrialController` to the output `torque`.
 
     Args:
         num_joints: n.

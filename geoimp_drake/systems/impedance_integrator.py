@@ -21,9 +21,9 @@ class ImpedanceIntegrator(FlowingPartSystem):
     before every step. A term in Q̇ that pulls the norm to one would be integrated with the
     integrator's own error. At 1 ms and 2 rad/s this leaves a norm error of 4e-7.
 
-    C starts at rest on the measured pose of E with a simulator's first step. It does so before it
-    too, so that the ports can be evaluated without a simulator. Initialize the simulator again to
-    restart C on E after another controller has moved the arm.
+    At a simulator's first step C starts at rest on the measured pose of E. So it does before that
+    step, too, so that the ports can be evaluated without a simulator. Initialize the simulator
+    again to restart C on E after another controller has moved the arm.
 
     With a coupling K_c (laws/coupled_stiffness.py) translation and rotation load each other; K_p is
     then in D instead of W. With `translation_axes` desired, M_p, D_p and K_p are all in D and turn
@@ -42,13 +42,13 @@ class ImpedanceIntegrator(FlowingPartSystem):
         M_p, D_p, K_p: symmetric positive definite (3×3) [kg, Ns/m, N/m].
         rotation: the orientation family with its gains.
         axes: `both`, or `translation` / `rotation` for an impedance on one part only; the other
-            part of C then equals D. With `none` C is D: plain motion control, to compare with.
+            part of C then equals D. With `none` C is D: plain motion control, for comparison.
         K_c: coupling (3×3), in D [N]; for the quaternion family on both parts only.
         translation_axes: those of M_p, D_p and K_p: `world` or `desired`.
 
     Raises:
         ConfigurationError: a gain is not symmetric positive definite, `axes` is unknown, or the
-            coupling makes the 6×6 stiffness indefinite or has no meaning for the family.
+            coupling makes the 6×6 stiffness indefinite or does not fit the family.
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
         SingularityError: the attitude leaves the domain of the orientation family.
 
@@ -60,9 +60,9 @@ class ImpedanceIntegrator(FlowingPartSystem):
         input stiffness: K (6×6) row by row, [angular; linear], as configured if not connected (36)
         input damping: D (6×6), the same (36)
         input damping_scale: factor of D, one if not connected (1)
-        input slack: what limits leave undone, by which C is held back; zero if not connected (6)
+        input slack: acceleration left undone by limits, to hold C back; zero if not connected (6)
         output compliant_motion: of C in W (19)
-        output last_compliant_motion: of C when the last step began; of no input directly (19)
+        output last_compliant_motion: of C when the last step began; no direct feedthrough (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
     """

@@ -14,7 +14,7 @@ class LastMotion(PartSystem):
 
     Ports:
         input motion: of a frame, in W (19)
-        output last_motion: the same when the last step began; of no input directly (19)
+        output last_motion: the same when the last step began; no direct feedthrough (19)
     """
 
     def __init__(self) -> None:

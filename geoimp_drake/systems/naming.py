@@ -1,4 +1,4 @@
-"""Names that systems get in a user's diagram: Drake ends the process where two are alike."""
+"""Names that systems get in a user's diagram: Drake ends the process if two are equal."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ def name_after_arms(plant: MultibodyPlant, arms: Sequence[ModelInstanceIndex], w
     Args:
         plant: contains the arms.
         arms: their model instances.
-        what: what is controlled how.
+        what: the kind of controller.
     """
     name = "_".join([*(plant.GetModelInstanceName(arm) for arm in arms), what])
     given = _given.setdefault(plant, Counter())

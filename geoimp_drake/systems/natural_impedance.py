@@ -17,13 +17,13 @@ class NaturalImpedance(PartSystem):
     ratio ζ. The acceleration a = [ω̇_d; p̈_d] + Λ⁻¹(DΔv + K(Δ)) needs no wrench, if Jᵀh is left out
     of (2.3): `InverseDynamicsInnerLoop` then takes a wrench of zero.
 
-    Its output, the motion of C, is the pose and the velocity of E with this acceleration, as that
-    of `DirectImpedance`. The remark on model errors there holds here, too.
+    As in `DirectImpedance`, its output, the motion of C, is the pose and the velocity of E with
+    this acceleration. The remark there on model errors holds here, too.
 
     Frames: W world, D desired, C compliant, E end effector.
 
     Args:
-        springs: of which stiffness and orientation family are used.
+        springs: the impedance; its stiffness and orientation family are used.
         damping_ratio: ζ of every mode, 1 for critical damping.
 
     Raises:
@@ -36,9 +36,9 @@ class NaturalImpedance(PartSystem):
         input arm: ArmState
         input wrench: h = [μ; f], for the supplied power alone; it may stay unconnected (6)
         input stiffness_scale: factors of K_p and K_o, one each if not connected (2)
-        input slack: what limits leave undone of C's acceleration; zero if not connected (6)
-        output compliant_motion: of C in W: E, with the acceleration that is asked of it (19)
-        output last_compliant_motion: of C when the last step began; of no input directly (19)
+        input slack: C's acceleration that limits leave undone; zero if not connected (6)
+        output compliant_motion: of C in W: E, with the acceleration that the law asks for (19)
+        output last_compliant_motion: of C when the last step began; no direct feedthrough (19)
         output displacement: [orientation displacement of the family; Δp_dc] (6) [-, m]
         output energy: ImpedanceEnergy: energies [J] and powers [W] of both parts (9)
     """

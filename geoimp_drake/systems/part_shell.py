@@ -1,4 +1,4 @@
-"""What a part's system has for every scalar: ports, state, cache and events."""
+"""What the systems of a part share for every scalar type: ports, state, cache and events."""
 
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
@@ -38,13 +38,14 @@ __all__ = ["PartShell", "PartView", "seconds"]
 
 
 class PartShell(LeafSystem if TYPE_CHECKING else object):  # type: ignore[misc]
-    """What declares a part's ports, state, cache and events in a LeafSystem of any scalar.
+    """Declares a part's ports, state, cache and events in a LeafSystem of any scalar type.
 
-    A system that is made with it has `_calc_by`, which calculates an output port by what a part
-    writes, and the events `_start`, `_settle`, `_sample` and `_begin`.
+    A system that derives from it has the events `_start`, `_settle`, `_sample` and `_begin`. Its
+    `_calc_by` calculates an output port from what a part writes.
     """
 
-    # Of the system's scalar: a vector, and what is made of a workspace of floats.
+    # For the system's scalar type: its vector, and what makes a workspace of floats one of that
+    # type.
     _vector: Any = BasicVector
     _own: Callable[[Any], Any] = staticmethod(lambda made: made)
 
@@ -117,12 +118,12 @@ class PartShell(LeafSystem if TYPE_CHECKING else object):  # type: ignore[misc]
         if isinstance(part, Samples):
             for period in dict(part.samplings):
                 takes = [take for its, take in part.samplings if its == period]
-                # Without offset, so that its instants are those of the plant's steps to the last
-                # bit.
+                # The offset is zero, so that its instants are those of the plant's steps to the
+                # last bit.
                 sample = partial(self._sample, takes)
                 self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, sample)
         if isinstance(part, Begins):
-            # Unrestricted updates come first, as a plant's step with sampled output ports does:
+            # Unrestricted updates come first, like the step of a plant with sampled output ports:
             # what that step has evaluated is not evaluated again.
             self.DeclarePerStepUnrestrictedUpdateEvent(self._begin)
 
@@ -165,7 +166,7 @@ class PartView:
 
     @property
     def system(self) -> str:
-        """Its name."""
+        """The system's name."""
         return str(self._system.get_name())
 
     @property

@@ -24,7 +24,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["IS_PYBIND11", "Block", "FlowingPartSystem", "PartSystem", "system_of"]
 
-# What binds Drake to Python.
+# Whether pybind11 binds Drake to Python; later Drakes use nanobind.
 IS_PYBIND11 = type(LeafSystem).__name__ == "pybind11_type"
 
 
@@ -42,15 +42,15 @@ _CONVERTER._AddConstructor[AutoDiffXd, float](_convert)
 
 
 class Block(LeafSystem):
-    """A LeafSystem written in Python that costs a simulation less; it has no witness functions.
+    """A LeafSystem in Python that costs a simulation less time; it has no witness functions.
 
-    A block that has a method `to_autodiff` is converted by it to `AutoDiffXd`.
+    A block is converted to `AutoDiffXd` by its method `to_autodiff`, if it has one.
 
     After every step of a discrete plant Drake asks each system again for its witness functions. For
-    a system in Python that is a search for a method `DoGetWitnessFunctions`, which fails each time
-    and costs as much as a small law. With pybind11 the method is found here. As a function of C++
-    it counts as not overridden, and pybind11 remembers that. Later Drakes use nanobind, which would
-    call whatever it finds; there nothing is done.
+    a system in Python, Drake searches for a method `DoGetWitnessFunctions`; the search fails each
+    time and costs as much as a small law. With pybind11 the method is found here. As a function of
+    C++ it counts as not overridden, and pybind11 remembers that. Later Drakes use nanobind, which
+    would call whatever it finds; there nothing is done.
     """
 
     if IS_PYBIND11:
@@ -62,8 +62,8 @@ class Block(LeafSystem):
     def declare_state(self, model: Array | BasicVector | int) -> int:
         """Declares a group of discrete state; returns its index.
 
-        The index is a plain integer: one of `DiscreteStateIndex` would be converted, by a call, at
-        every use.
+        The index is a plain integer: a `DiscreteStateIndex` would be converted, by a call, at every
+        use.
 
         Args:
             model: initial values, or how many zeros.
@@ -74,7 +74,7 @@ class Block(LeafSystem):
         """Returns the dependency ticket of a group of discrete state.
 
         Args:
-            index: of the group.
+            index: the group's index.
         """
         return self.discrete_state_ticket(DiscreteStateIndex(index))
 
@@ -161,8 +161,8 @@ class FlowingPartSystem(PartSystem):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Has the part write the derivative of its state."""
-        # Not by what is in the cache: as a rule it is from before the last sample, and the state is
-        # about to change, so nobody else could use what would be there then.
+        # The cache is of no use here: as a rule its values are from before the last sample. The
+        # state is about to change, so nobody else could use values that were put there now.
         rate = np.empty(len(self._part.state))
         self._part.rate(PartView(self, context), rate)
         derivatives.SetFromVector(rate)

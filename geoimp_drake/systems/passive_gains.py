@@ -9,7 +9,7 @@ __all__ = ["PassiveGains"]
 
 
 class PassiveGains(PartSystem):
-    """Hands gains that change on to an impedance, as far as an energy tank lets.
+    """Passes changing gains on to an impedance, as far as an energy tank allows.
 
     A spring whose stiffness rises while it is loaded gains energy that no wrench has supplied, and
     may give it out. As a step begins, this block lets a share σ of the change take place,
@@ -18,13 +18,12 @@ class PassiveGains(PartSystem):
 
     where Δ𝒰 is the energy that the whole change would put into the spring: the potential is that of
     the orientation family, with its coupling. What damping dissipates, W_D ≥ zᵀDz/Δt (L.5), fills
-    the tank, and so does a stiffness that falls. So from any instant on the impedance gives out at
-    most what it had stored, plus what was in the tank. A damping changes at once: it only takes
-    energy. While nothing is asked to change, nothing is changed, to the bit.
+    the tank, and so does a stiffness that falls. So from any instant on, the impedance gives out at
+    most the energy that it had stored plus that in the tank. Damping changes at once, since it only
+    dissipates. While no change is asked for, the gains pass unchanged, to the bit.
 
     Args:
-        springs: the impedance whose gains they are, and from which those are taken that no signal
-            asks for.
+        springs: the impedance; it gives the gains that no signal sets.
         config: of the tank.
 
     Raises:

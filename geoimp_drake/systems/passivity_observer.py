@@ -1,4 +1,4 @@
-"""The energy that an end effector gives out, from what is measured of it."""
+"""The energy that an end effector gives out, from its measured wrench and motion."""
 
 from geoimp_drake.parts import passivity_observer as part
 from geoimp_drake.parts.passivity_observer import ObserverConfig
@@ -10,15 +10,15 @@ __all__ = ["PassivityObserver"]
 class PassivityObserver(PartSystem):
     """Sums up the work of the measured wrench on the measured motion of the end effector.
 
-    Wrench and way are paired by steps: a wrench that arrives d periods late did its work on the way
-    z of d periods ago. Paired with the way of now, the work of a contact that rings has the wrong
-    sign. Of what alternates,
+    Wrench and displacement are paired by steps: a wrench that arrives d periods late did its work
+    on the displacement z of d periods ago. Paired with the present one, the work of a contact that
+    rings would have the wrong sign. The work of what alternates,
 
         w = (h − h̄)ᵀ(z − z̄)     (L.6)
 
-    is summed up while it is positive: a push. One that follows another within half a second, and is
-    at least half as strong, tells that the contact rings; a single impact does not. Below about
-    1 mJ that says nothing.
+    is summed up while it is positive: this is a push. A push that follows another within half a
+    second, and is at least half as strong, tells that the contact rings; a single impact does not.
+    Below about 1 mJ a push tells nothing.
 
     Args:
         period: of wrench and readings [s].

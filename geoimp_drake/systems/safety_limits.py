@@ -10,20 +10,20 @@ __all__ = ["SafetyConfig", "SafetyLimits"]
 
 
 class SafetyLimits(PartSystem):
-    """Slows D, leashes it to C, and gives it up for C where somebody is hit.
+    """Slows D, leashes it to C, and stops it at C when somebody is hit.
 
     ```
     desired_motion ─▶ safety ─safe_motion, stiffness_scale─▶ controller ─C, wrench─▶ safety
     ```
 
-    - *Cap*: D moves to where it should be with the speed (L.8) at most, by the effective mass in
-      the direction in which it moves.
+    - *Cap*: D moves to where it should be, at most with the speed (L.8), which follows from the
+      effective mass in the direction of motion.
     - *Leash*: spring and damper between D and C pull with half of the force at most (L.9).
-    - *Reaction*: as soon as the wrist feels the force `detection`, D rests where C is, and K is
-      multiplied by `softer`, until the simulation starts again.
+    - *Reaction*: once the wrist measures the force `detection`, D rests where C is, and K is
+      multiplied by `softer`. This lasts until the simulation starts again.
 
-    Where none of them acts D passes to the bit. D's attitude is not slowed. The force is that of
-    the contact; the gains are those of the translation, in W.
+    Where none of them acts, D passes unchanged, to the bit. D's attitude is not slowed. The force
+    is that of the contact; the gains are those of the translation, in W.
 
     It is not a certified safety function: one computer and one sensor, whose faults nobody sees.
 
@@ -44,7 +44,7 @@ class SafetyLimits(PartSystem):
         input estimated_state: [q; v] of the arm (2n)
         output safe_motion: of D for the controller (19)
         output stiffness_scale: factors of K_p and K_o (2)
-        output safety: speed D may have [m/s], how far it is held back [m], 1 after a reaction (3)
+        output safety: D's greatest speed [m/s], how far D is held back [m], 1 after a reaction (3)
     """
 
     def __init__(

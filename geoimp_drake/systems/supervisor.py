@@ -9,7 +9,7 @@ __all__ = ["Mode", "Stop", "Supervisor", "SupervisorConfig", "SupervisorLimits"]
 
 
 class Supervisor(PartSystem):
-    """Starts an arm when all is well, brakes it when something is not, and stops it.
+    """Starts an arm when all is well, and brakes and stops it when something is not.
 
     ```
     desired_motion, ─▶ supervisor ─supervised_*─▶ controller ─torque─▶ supervisor ─▶ arm
@@ -17,19 +17,19 @@ class Supervisor(PartSystem):
     ```
 
     It waits for a valid reading; then the torques fade from the robot's own to the controller's.
-    The last torques bridge a missing reading, in a soft start too, which then begins again from
-    these. D comes to rest along `braked_motion`, and stays, in three cases. A reading is missing
-    for too long, a signal exceeds its limit, or somebody asks for it. Torques never change faster
-    than their limit. Drake's log has each change of mode with its reason. It is a warning if the
-    arm is braked before its motion has ended.
+    The last torques bridge a missing reading. In a soft start they do so, too, and the soft start
+    begins again from them. D comes to rest along `braked_motion`, and stays, in three cases. A
+    reading is missing for too long, a signal exceeds its limit, or somebody asks for it. Torques
+    never change faster than their limit. Drake's log has each change of mode with its reason. It is
+    a warning if the arm is braked before its motion has ended.
 
-    Joint readings and wrench reach the controller through it, so that a faulty signal never does. A
-    signal is faulty if it is not finite, or the same to the bit while D has moved by
-    `limits.stuck`. The controller then gets the last one. Without a reading of the joints the
-    torques stay, too, whatever the mode. That bears a gap of 50 ms; an arm that is not read again
-    needs its brakes. Without a wrench D brakes from C instead of D, and h is zero: the arm stays
-    where it is and presses no more. A wrench beyond its limit brakes, and the controller gets it
-    with the limit as its length.
+    Joint readings and wrench reach the controller through this block, so that a faulty signal never
+    does. A signal is faulty if it is not finite, or the same to the bit while D has moved by
+    `limits.stuck`. The controller then gets the last valid one. Without a reading of the joints the
+    torques stay, too, whatever the mode. A gap of 50 ms does no harm; an arm that is not read again
+    needs its brakes. Without a wrench, D brakes from C instead of D, and h is zero: the arm stays
+    where it is and presses no more. A wrench beyond its limit makes the arm brake, and the
+    controller gets it with the limit as its length.
 
     ```
     INIT ─▶ SOFT_START ─▶ RUN ─▶ BRAKE ─▶ STOPPED
@@ -52,12 +52,12 @@ class Supervisor(PartSystem):
         input measured_motion: of E in W (19)
         input compliant_motion: of C in W (19)
         input wrench: h by the end effector on the environment, about Eo, in W (6)
-        input torque: that the controller asks for (n)
-        input measured_torque: that the robot exerts before it is taken over (n)
+        input torque: the one that the controller asks for (n)
+        input measured_torque: the one that the robot exerts before it is taken over (n)
         input valid: 1 if there is a new reading, else 0 (1)
         input stop: to brake, see `Stop`; 1 if somebody asks for it, else 0 (1)
         input estimated_state: [q; v]; need not be connected if `supervised_state` is not (2n)
-        output supervised_motion: D, or how it comes to rest, for the controller (19)
+        output supervised_motion: D, or D as it comes to rest, for the controller (19)
         output supervised_torque: for the robot (n)
         output supervised_state: the last valid one, for the controller (2n)
         output supervised_wrench: the last valid one, within its limits, for the controller (6)

@@ -81,7 +81,7 @@ class ArmModel(_ArmPorts, Block):
 
     Ports:
         input state: [q; v] of the model instance, in its own order (2n)
-        output arm: ArmState, in the control model's joint order, until it is evaluated again
+        output arm: ArmState, in the control model's joint order, valid until the next evaluation
         output motion_E: the measured motion of E in W; accelerations are not measured: zero (19)
     """
 

@@ -41,7 +41,7 @@ class IndustrialControllerConfig:
     damping: float = 0.9  # ζ
     integral_rate: float = 4.5  # k_i / k_p [1/s]
     kp: Array | None = None  # one per joint [Nm/rad or N/m]; diag(B) ω² at the start if not given
-    integral_limit: float = 1.0  # greatest integral part, a part of the joint's effort limit
+    integral_limit: float = 1.0  # greatest integral part, as a fraction of the joint's effort limit
     period: float = 1e-3  # [s]
     preload: bool = True  # the integral part starts with the torque that holds the arm
 
@@ -61,17 +61,18 @@ class IndustrialController(Block):
 
         e = q_d − q,   τ = k_p e + k_d (q̇_d − q̇) + z,   z ← z + k_i e Δt within its limit,
 
-    and τ, within ±the effort limit, acts until the next instant. Saturation is reported: by
-    `peak_effort`, and in Drake's log the first time that a joint saturates. Until the first
-    instant τ = z, the holding torque. Before and after its trajectory the arm is held at the
-    trajectory's ends. Without a trajectory q_d and q̇_d come by the port `joint_reference`, and are
-    those at the sampling instant.
+    and τ, limited to ± the effort limit, acts until the next instant. Saturation is reported: by
+    `peak_effort`, and in Drake's log the first time that a joint saturates. Until the first instant
+    τ = z, the holding torque. Before and after its trajectory the arm is held at the trajectory's
+    ends. Without a trajectory, q_d and q̇_d are those of the port `joint_reference` at the sampling
+    instant.
 
-    Forces at the hand are not known here: a stiff position control. See `make_impedance_controller`
-    for the compliant one. One that takes an arm over from another controller is `preset` first.
+    This is a stiff position controller, which does not know the forces at the hand. See
+    `make_impedance_controller` for a compliant one. Call `preset` before it takes an arm over from
+    another controller.
 
     Args:
-        model: the arm; of it only the order of joints and actuators and the limits are used.
+        model: the arm; only its limits and the order of its joints and actuators are used.
         trajectory: q_d over time, from the base to the hand (n) [rad or m]; None for the port.
         kp: proportional gains (n) [Nm/rad or N/m].
         holding_torque: z at the start (n) [Nm or N].
@@ -83,7 +84,7 @@ class IndustrialController(Block):
 
     Ports:
         input estimated_state: [q; v] of the model instance, in its own order (2n)
-        input joint_reference: [q_d; q̇_d] in the same order; not there with a trajectory (2n)
+        input joint_reference: [q_d; q̇_d] in the same order; absent with a trajectory (2n)
         output actuation: τ in the order of the model instance's actuators (n) [Nm or N]
         output set_point: [q_d; q̇_d] in the order of `estimated_state` (2n)
         output peak_effort: largest torque so far as a fraction of the limit (n)
@@ -137,9 +138,9 @@ class IndustrialController(Block):
             {set_point_of, self.ticket_of_state(self._offset)},
         )
         self.DeclareStateOutputPort("peak_effort", DiscreteStateIndex(self._peak))
-        # Unrestricted updates come first, as a plant's step with sampled output ports does: the
-        # state read is the one at this instant. Without offset, so that the instants are those of
-        # the plant's steps to the last bit.
+        # Unrestricted updates come first, like the step of a plant with sampled output ports: the
+        # state that is read is the one at this instant. The offset is zero, so that the instants
+        # are those of the plant's steps to the last bit.
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._config.period, 0.0, self._sample)
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
@@ -152,11 +153,10 @@ class IndustrialController(Block):
         output.SetFromVector(set_point)
 
     def preset(self, context: Context, torque: Array) -> None:
-        """Has the servos begin where the arm is, with the torques that act on it: nothing jumps.
+        """Lets the servos begin where the arm is, with the torques that act on it: nothing jumps.
 
-        The trajectory is shifted so that e = 0, and z = τ − k_d (q̇_d − q̇). Call it in a running
-        diagram between two steps, right before these torques are taken, by a `HandOver` for
-        instance.
+        The trajectory is shifted so that e = 0, and z = τ − k_d (q̇_d − q̇). In a running diagram,
+        call it between two steps, right before a `HandOver` or the arm takes these torques.
 
         Args:
             context: of this controller, with its input port connected or fixed.
@@ -220,15 +220,16 @@ def make_industrial_controller(
 ) -> IndustrialController:
     """Makes an industrial control unit for one arm of `plant`.
 
-    Gains and holding torque are set once, for the posture at the trajectory's start:
-    k_p = diag(B) ω² unless given, and the torque that holds the arm there against gravity.
+    Gains and holding torque are set once, for the posture at the trajectory's start. Unless given,
+    k_p = diag(B) ω². The holding torque holds the arm there against gravity.
 
     Args:
         plant: finalized, contains the arm.
         model_instance: the arm, as for `ControlModel.of_arm`.
         end_effector_frame: any frame fixed in the hand.
-        trajectory: q_d over time, from the base to the hand (n) [rad or m], see `plan`; None
-            for references by the port `joint_reference`, from the plant's default posture on.
+        trajectory: q_d over time, from the base to the hand (n) [rad or m], see `plan`. With None,
+            the port `joint_reference` gives the references, and gains are those for the plant's
+            default posture.
         config: gains, limits and sampling.
 
     Returns:

@@ -17,11 +17,11 @@ class InverseKinematics(PartSystem):
 
         q̇_d = J†(V_c + K_x e) + (I − J†J) K_n (q_0 − q_d),   q_d ← q_d + Δt q̇_d,
 
-    where e = [2 R_e ᵉε_ce; p_c − p_e] is the error of the reference, not of the arm. The measured
-    state is read at the start only. J† is damped near singularities. (A.1) may leave the limits of
+    where e = [2 R_e ᵉε_ce; p_c − p_e] is the error of the reference, not of the arm. It reads the
+    measured state at the start only. J† is damped near singularities. (A.1) may leave the limits of
     positions, velocities or efforts, or come near a singularity. Then the change of q̇_d in a
-    period is the acceleration of (L.1) instead of that of (A.1), without a wrench. What it leaves
-    undone is the output `slack`, which is to hold C back.
+    period is the acceleration of (L.1) instead of that of (A.1), without a wrench. The output
+    `slack` is what this leaves undone of C's acceleration; an impedance takes it to hold C back.
 
     Args:
         model: the arm.
@@ -41,8 +41,8 @@ class InverseKinematics(PartSystem):
         output joint_reference: [q_d; q̇_d] in the order of `estimated_state` (2n)
         output measured_motion: of E in W from `estimated_state`; accelerations are zero (19)
         output reference_error: e before the last step of the reference (6) [rad, m]
-        output limited: `Limited`, what limits the reference and the slack (10)
-        output slack: what the limits leave undone of C's acceleration (6) [rad/s², m/s²]
+        output limited: `Limited`: which limits act on the reference, and the slack (10)
+        output slack: part of C's acceleration that the limits leave undone (6) [rad/s², m/s²]
     """
 
     def __init__(

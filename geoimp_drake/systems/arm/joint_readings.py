@@ -20,8 +20,8 @@ class JointReadings(PartSystem):
 
     A resolver of a joint that turns may jump by whole turns. Where `turns` says so, the reading
     goes on without the jump, and so does the difference. The plant's period has to divide the
-    sampling period; otherwise differences of an unmoved reading alternate with others. Controllers
-    check that.
+    sampling period. Otherwise some samples find the plant where it was, and differences of zero
+    alternate with others. Controllers check that.
 
     Args:
         num_positions: n; the joints have one position for each velocity.

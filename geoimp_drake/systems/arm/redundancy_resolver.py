@@ -27,10 +27,10 @@ class RedundancyResolver(PartSystem):
         α_n = (I − J†J)(β̇ − J̇†J(β − q̇) + B⁻¹(K_n e_n + Ce_n))                   (3.38)
         β = k_β B⁻¹(∂w/∂q)ᵀ                                                      (3.39)
 
-    so that with W = B the energy V = ½ e_nᵀBe_n of the error of the null-space motion obeys
-    V̇ = −e_nᵀK_n e_n while null-space motion does not disturb the end effector, nor a wrench there
-    the null-space motion. Without a task function the null-space motion is damped to rest. The gain
-    K_n is κB, with which V̇ = −2κV in any posture, or constant.
+    With W = B, the energy V = ½ e_nᵀBe_n of the error of the null-space motion then obeys V̇ =
+    −e_nᵀK_n e_n. Null-space motion does not disturb the end effector, and a wrench at the end
+    effector does not disturb the null-space motion. Without a task function the null-space motion
+    is damped to rest. The gain K_n is constant, or κB, with which V̇ = −2κV in any posture.
 
     Below the threshold of `damping` the directions that are nearly lost slow down, see
     `damped_pseudo_inverse`; the null-space motion still does not disturb the end effector.
@@ -42,13 +42,14 @@ class RedundancyResolver(PartSystem):
         model: the arm's control model, n ≥ 6 joints.
         K_n: constant gain of e_n, symmetric positive definite (n×n), or a number k for k I
             [Nms/rad, Ns/m]; zero for K_n = κB.
-        kappa: rate κ of that [1/s]; by default 10, unless K_n is given.
+        kappa: κ [1/s]; by default 10, unless K_n is given.
         k_beta: k_β; positive climbs w, negative descends, zero only reports it.
         task: w; none by default.
         weight: a constant W, symmetric positive definite (n×n); B by default.
         damping: near singularities; a threshold of zero switches it off. Not for six joints.
-        period: of the joints' readings [s]. A constant K_n is watched for it, and the first posture
-            in which the null-space motion would grow is logged as a warning; None for no watch.
+        period: of the joints' readings [s]. With a constant K_n, a warning is logged at the first
+            posture in which the null-space motion would grow with this period. None switches that
+            off.
 
     Raises:
         ConfigurationError: K_n or the weight is not symmetric positive definite, κ not positive,
@@ -83,7 +84,7 @@ class RedundancyResolver(PartSystem):
 
     @staticmethod
     def part_of(model: ControlModel, null_space: NullSpace, threshold: float = 0.0) -> Part:
-        """Returns the part for an arm, which with six joints has no null space.
+        """Returns the part for an arm; one with six joints has no null space.
 
         Args:
             model: the arm.

@@ -11,20 +11,20 @@ __all__ = ["CooperativeKinematics"]
 class CooperativeKinematics(PartSystem):
     """Reads the motion and the wrench of an object from those of the two hands that hold it.
 
-    Motion (4.1), (4.4), (4.5) and what the second hand does relative to the first (4.7), (4.8),
-    (4.9),
+    The motion of the object is (4.1), (4.4), (4.5); that of the second hand relative to the first
+    is (4.7), (4.8), (4.9),
 
         p_o = ½(p_1 + p_2),  Q_o = Q_1 * {cos(ϑ_21/4), sin(ϑ_21/4) ¹r_21},  v_o = ½(v_1 + v_2)
         Δp_21 = p_2 − p_1,   ¹Q_21 = Q_1⁻¹ * Q_2,                            Δv_21 = v_2 − v_1
 
-    the wrench on the environment (4.6), by the full grasp matrix (or as printed, the sum), with the
-    object's weight and inertial load removed, and the internal wrench,
+    The wrench on the environment (4.6) follows from the full grasp matrix, or from the sum as
+    printed. The object's weight and inertial load are removed from it. The internal wrench is h_i,
 
         f_o = Σ f_k − m (a − g),   μ_o = Σ (μ_k + (p_k − p_o) × f_k) − p_OG × m (a − g) − …
         h_i = ½(h_2 − h_1),        each moment about its own hand.
 
     The internal wrench is given in W and also in the frames of the mutual pose, for
-    `InternalImpedance`. The sign of ¹Q_21 is the one nearest to that of the mutual reference.
+    `InternalImpedance`. Of the two signs of ¹Q_21 it takes the one nearer to the mutual reference.
 
     Frames: W world, O object, G its centre of mass, 1 and 2 the end effectors.
 
@@ -45,7 +45,7 @@ class CooperativeKinematics(PartSystem):
         input wrench_2: the same by the second, about its own origin (6)
         input mutual_reference: ¹Q_21 of the grasp in its first four entries (19)
         input reference_motion: of O, for its inertial load; if not connected, the weight alone (19)
-        input slack_1: what its limits leave undone of the first hand, zero if not connected (6)
+        input slack_1: acceleration of the first hand that its limits leave undone, or zero (6)
         input slack_2: the same of the second (6)
         output object_motion: of O in W; accelerations are the means of the hands' (19)
         output object_wrench: h_o = [μ; f] by the object on its environment, about Oo, in W (6)

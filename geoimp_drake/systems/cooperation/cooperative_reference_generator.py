@@ -14,13 +14,12 @@ class CooperativeReferenceGenerator(PartSystem):
         (4.14), (4.15)  v_r1 = v_c − ½ Δv_r21,   v_r2 = v_c + ½ Δv_r21
 
     with accelerations that are their derivatives. The mutual pose ¹Q_r21, ᶜΔp_r21 = R_cᵀΔp_r21 is
-    constant in C, and is prescribed or measured. It is measured with a simulator's first step, and
-    before it too, so that the ports can be evaluated without a simulator. Initialize the simulator
+    constant in C, and is prescribed or measured. It is measured at a simulator's first step, and
+    also before it, so that the ports can be evaluated without a simulator. Initialize the simulator
     again to measure it again.
 
     If `mutual_motion` is connected, it replaces the constant mutual pose (see `InternalImpedance`).
-    The references' velocities and accelerations are then the derivatives of poses with a mutual
-    pose that moves.
+    The references' velocities and accelerations then include the motion of the mutual pose.
 
     Frames: W world, C compliant (where the object O has to be), 1 and 2 the end effectors.
 

@@ -7,12 +7,12 @@ __all__ = ["GraspMonitor"]
 
 
 class GraspMonitor(PartSystem):
-    """Reports a hand whose wrench falls to nothing at once: its grasp has opened.
+    """Reports a hand whose wrench suddenly falls to nothing: its grasp has opened.
 
     The size of a hand's wrench is s = max(‖f‖/f_t, ‖μ‖/μ_t). Its grasp counts as opened when s has
     fallen from `loaded` to below 1 within `fall_time` and has stayed below 1 for `dwell`. A force
-    that passes through zero evenly, as when a contact takes over the weight, is never reported. A
-    slow one takes longer than `fall_time`, and a fast one is through within `dwell`. Detection
+    that passes steadily through zero, as when a contact takes over the weight, is never reported. A
+    slow passage takes longer than `fall_time`, and a fast one is over within `dwell`. Detection
     takes the fall, `dwell` and one sample: at most `fall_time` + `dwell` + one period.
 
     A grasp that carries nothing cannot be distinguished from an open one: if s is below `loaded`

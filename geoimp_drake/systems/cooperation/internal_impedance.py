@@ -1,4 +1,4 @@
-"""The impedance between two hands: a squeeze gives way instead of growing with the pose error."""
+"""The impedance between two hands, which bounds the squeeze that an error of their poses causes."""
 
 from geoimp_drake.laws.impedance.families import QuaternionImpedance
 from geoimp_drake.parts.impedance import Impedance
@@ -18,12 +18,12 @@ class InternalImpedance(FlowingPartSystem):
         M Δp̈ + D Δṗ + K Δp = ᶜf_i,            Δp = ᶜΔp_21 − ᶜΔp_r21
         M_o Δω̇ + D_o Δω + 2EᵀK_o ε = ᶜμ_i,    {η, ε} the quaternion of ¹Q_r21⁻¹ * ¹Q_21
 
-    Hands that squeeze push against Δp_21, so Δp_r21 grows and the squeeze gives way; K times the
-    error of the grasp is left. The mutual position is that of the object's frame, ᶜΔp_r21 in C's
-    axes. The mutual orientation ¹Q_r21 is that of the second hand in the first, with its angular
-    velocity in the first hand's axes. The power of h_i on the mutual velocity (4.9) is the power in
-    these coordinates. `CooperativeReferenceGenerator` gives half of it to each hand, with velocity
-    and acceleration.
+    Hands that squeeze push against Δp_21, so Δp_r21 grows and the squeeze falls to K times the
+    error of the grasp. The mutual position is that of the object's frame, ᶜΔp_r21 in C's axes. The
+    mutual orientation ¹Q_r21 is that of the second hand in the first, with its angular velocity in
+    the first hand's axes. The power of h_i on the mutual velocity (4.9) is the power in these
+    coordinates. `CooperativeReferenceGenerator` gives half of it to each hand, with velocity and
+    acceleration.
 
     It starts at rest on the measured mutual pose, so the references start on the hands whatever the
     grasp's pose is assumed to be.
@@ -35,7 +35,7 @@ class InternalImpedance(FlowingPartSystem):
     Args:
         M, D, K: of translation, symmetric positive definite (3×3) [kg, Ns/m, N/m].
         M_o, D_o, K_o: of rotation (3×3) [kg m², Nms/rad, Nm/rad].
-        axes: `both`, `translation`, `rotation` or `none`: what is left out keeps the grasp's pose.
+        axes: `both`, `translation`, `rotation` or `none`; the part left out keeps the grasp's pose.
 
     Raises:
         ConfigurationError: a gain is not symmetric positive definite, or `axes` is unknown.
@@ -49,7 +49,7 @@ class InternalImpedance(FlowingPartSystem):
         input stiffness: K (6×6) row by row, [angular; linear], as configured if not connected (36)
         input damping: D (6×6), the same (36)
         input damping_scale: factor of D, one if not connected (1)
-        input slack: what limits leave undone, by which C is held back; zero if not connected (6)
+        input slack: acceleration left undone by limits, to hold C back; zero if not connected (6)
         output compliant_motion: the mutual motion for the references (19)
         output last_compliant_motion: the same when the last step began (19)
         output displacement: [ε; Δp], the grasp's mutual pose from that of the references (6) [-, m]

@@ -9,16 +9,16 @@ __all__ = ["ReferenceHold"]
 class ReferenceHold(PartSystem):
     """Passes two reference motions on until a grasp opens; from then on they rest.
 
-    At the first sample at which `opened` is set, the references are taken; their velocities then
+    It takes the references at the first sample at which `opened` is set. Their velocities then
     decay with the time constant T of the stop, v(t) = v exp(−t/T), angular velocity likewise. After
-    `delay` follows one of
+    `delay` follows one of these:
 
-        hold      both hands stay.
-        release   both hands stay, and the output `release` asks every hand that still holds the
-                  object to open its gripper.
-        retreat   every hand whose grasp has opened draws back from the other hand by
-                  `retreat_distance`, along the line between the references at the hold, with a
-                  fifth-order polynomial in `retreat_duration`; a hand that holds the object stays.
+    - `hold`: both hands stay.
+    - `release`: both hands stay, and the output `release` asks every hand that still holds the
+      object to open its gripper.
+    - `retreat`: every hand whose grasp has opened draws back from the other hand by
+      `retreat_distance`, along the line between the references at the hold. It does so with a
+      fifth-order polynomial in `retreat_duration`. A hand that holds the object stays.
 
     This lasts until the simulator is initialized again.
 

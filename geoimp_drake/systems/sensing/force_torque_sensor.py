@@ -23,14 +23,15 @@ class ForceTorqueSensor(PartSystem):
 
         f = f_S − m (a_C − g),   μ = μ_S − (p_SC × m (a_C − g) + I ω̇ + ω × I ω) − p_SE × f,
 
-    is the wrench of (2.2): by the end effector on the environment, about E's origin, in W.
-    The reading is made in the sensor's axes and in this order: bias, noise, quantisation,
-    saturation, low-pass filter; then the tool's load is removed. With a delay the reading, bias and
-    noise in it, is one of earlier samples; before those it is the first one.
+    is the wrench of (2.2): by the end effector on the environment, about E's origin, in W. The
+    reading is made in the sensor's axes and in this order: bias, noise, quantisation, saturation,
+    low-pass filter; then the tool's load is removed. With a delay, the reading, with its bias and
+    noise, is that of an earlier sample; until there is one, it is the first.
 
     It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no reaction
-    forces before its first step, so the first sample counts one period after the start. Until then
-    the wrench is what the hand is known to carry, zero unless given.
+    forces before its first step, so the first sample that counts is one period after the start.
+    Until then the wrench is `initial_wrench`, what the hand is known to carry; it is zero unless
+    given.
 
     The reference motion is read when a discrete plant begins its step: a reaction belongs to the
     motion that this step followed.
@@ -40,8 +41,9 @@ class ForceTorqueSensor(PartSystem):
         tool: mass, centre of mass and inertia beyond the sensor, in S.
         config: sampling, errors and range of the sensor.
         initial_wrench: h until the first sample (6) [Nm, N].
-        reference_is_held: the reference is given by a state that holds what the plant's last step
-            followed, such as `last_compliant_motion`, and does not have to be read before the step.
+        reference_is_held: whether the reference comes from a state that holds what the plant's last
+            step followed, such as `last_compliant_motion`. It then need not be read before the
+            step.
 
     Raises:
         ConfigurationError: a field of the configuration cannot be used.

@@ -34,8 +34,8 @@ class FrameMotionSensor(Block):
     With sampled output ports a plant's accelerations are those of its last step, and zero before
     the first one.
 
-    With a path to the frame it takes the joints' motion alone (laws/path_motion.py): the plant's
-    lists of all bodies cost ten times as much in Python.
+    With a path to the frame it reads only the motion of the joints (laws/path_motion.py). In Python
+    the plant's lists of all bodies cost ten times as much.
 
     Args:
         frame: F, fixed in a body of a finalized plant.

@@ -16,9 +16,9 @@ class MomentumObserver(PartSystem):
 
         ṙ = K (τ_ext − r),   h = −(JJᵀ)⁻¹ J r,   p = B q̇.
 
-    A joint's own friction, and an error of the model, count as external torques; what they are at
-    rest is subtracted by `tare`. The wrench is behind the true one by 1/K and a sample. If `torque`
-    is not the one that acted, but a tick off, an impedance with little mass is unstable: see
+    A joint's own friction, and an error of the model, count as external torques; `tare` subtracts
+    their values at rest. The wrench lags behind the true one by 1/K and a sample. If `torque` is a
+    tick off the torque that acted, an impedance with little mass is unstable: see
     `controllers.observer_checks.warn_of_late_torque`.
 
     Source: A. De Luca, R. Mattone (2003); see `geoimp_drake.laws.sensing.momentum_observer`.
@@ -35,7 +35,7 @@ class MomentumObserver(PartSystem):
     Ports:
         input estimated_state: [q; v] of the arm, in its plant's order (2n)
         input torque: over the step that led to the reading, in the order of the actuators (n)
-        output external_torque: from base to hand, what was tared subtracted (n) [Nm or N]
+        output external_torque: from base to hand, less the tare (n) [Nm or N]
         output wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6)
         output collision: 1 while an external torque is above its threshold, else 0 (1)
     """

@@ -51,7 +51,7 @@ class MotionSegment:
 
 
 def length_of(segments: Sequence[MotionSegment]) -> float:
-    """Returns how long segments last in all [s]."""
+    """Returns the total duration of segments [s]."""
     return _times_of(segments)[-1]
 
 

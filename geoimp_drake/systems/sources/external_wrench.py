@@ -25,15 +25,15 @@ __all__ = ["ExternalWrench", "WrenchRamp", "linear_with_fourth_order_blends"]
 
 @dataclass
 class WrenchRamp:
-    """A wrench on a body that grows from zero to its final value, and stays there or goes again."""
+    """A wrench on a body that grows from zero to its final value, and then stays or falls again."""
 
     moment: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [Nm]
     force: Array = field(default_factory=lambda: np.zeros(3))  # final, on the body [N]
-    axes: str = "world"  # of both; or frame: as those of the frame where it acts are at the start
+    axes: str = "world"  # of both; or frame: the axes at the start of the frame where it acts
     start: float = 0.0  # [s]
     duration: float = 1.0  # of the ramp, blends included [s]
     blend: float = 0.2  # of each blend [s]
-    until: float | None = None  # when it begins to go, as it came [s]; null: it stays
+    until: float | None = None  # when it begins to fall, as it rose [s]; null: it stays
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -104,7 +104,7 @@ def _last_blend(rate: float, blend: float) -> Polynomial:
 
 
 class ExternalWrench(Block):
-    """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant or gone.
+    """Applies a wrench to a frame of a plant: zero first, then a ramp, then constant or zero again.
 
     The ramp is linear with fourth-order blends. The wrench is that on the body, acts at the frame's
     origin and keeps its direction in W.

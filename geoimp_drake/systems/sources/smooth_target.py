@@ -16,15 +16,16 @@ class SmoothTarget(FlowingPartSystem):
 
         p⃛_d = λ³ (p_t − p_d) − 3λ² ṗ_d − 3λ p̈_d,   ω̈_d = λ³ log(R_t R_dᵀ) − 3λ² ω_d − 3λ ω̇_d
 
-    a filter with three equal poles, for the rotation along the rotation vector in W, so that it
-    takes the shorter way round, up to half a turn. From rest nothing overshoots. A step d has its
-    largest velocity 0.27 λd and its largest acceleration 0.23 λ²d; λ is 8.4 over the settling time.
+    This is a filter with three equal poles. The rotation is filtered along the rotation vector in
+    W, so that D takes the shorter way round, up to half a turn. From rest nothing overshoots. A
+    step d has its largest velocity 0.27 λd and its largest acceleration 0.23 λ²d; λ is 8.4 divided
+    by the settling time.
 
     Args:
         X_WD: where D rests at the start.
         settling: until 1 % of a step is left [s].
         speed: where the filter would be faster than this, D moves at this speed [m/s].
-        angular_speed: the same of the rotation [rad/s].
+        angular_speed: the same for the rotation [rad/s].
 
     Raises:
         ConfigurationError: a number is not positive.
