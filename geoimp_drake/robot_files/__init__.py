@@ -1,1 +1,1 @@
-"""Robots from URDF, SDF and MJCF files as the world publishes them, made ready for impedance."""
+"""Robots from published URDF, SDF and MJCF files, made ready for impedance control."""

@@ -1,7 +1,7 @@
-"""The drives of a robot's joints, read from its description, of which Drake's parser drops much.
+"""The drives of a robot's joints, read from its description; Drake's parser drops much of them.
 
-Each joint of an arm gets one actuator that takes a torque. What the description says of motors,
-servos and transmissions becomes that actuator's effort limit, rotor inertia and gear ratio.
+Each joint of an arm gets one actuator that takes a torque. Its effort limit, rotor inertia and gear
+ratio come from the description's motors, servos and transmissions.
 """
 
 import math
@@ -33,7 +33,7 @@ def _urdf(description: Description) -> dict[str, Drive]:
     for transmission in description.root.findall("transmission"):
         description.root.remove(transmission)
         joints, actuators = transmission.findall("joint"), transmission.findall("actuator")
-        # Those of several joints, a differential's, are none that Drake could have.
+        # Drake has no transmissions of several joints, such as a differential's.
         if len(joints) == len(actuators) == 1 and (name := joints[0].get("name", "")) in drives:
             drives[name] = _with_transmission(drives[name], actuators[0])
     return drives
@@ -70,7 +70,7 @@ def _sdf(description: Description) -> dict[str, Drive]:
 
 
 def _take_spring_out(axis: ET.Element) -> float:
-    """Returns its stiffness; Drake would add a force element and change no joints after that."""
+    """Returns its stiffness; Drake would add a force element, and changes no joints after that."""
     stiffness = 0.0
     for dynamics in axis.findall("dynamics"):
         for spring in dynamics.findall("spring_stiffness"):
@@ -80,7 +80,7 @@ def _take_spring_out(axis: ET.Element) -> float:
 
 
 def _limit(text: str | None) -> float:
-    """Returns an effort limit; zero, or less, means that it was not filled in."""
+    """Returns an effort limit; zero or less means that it was not filled in."""
     limit = number(text)
     return limit if limit > 0 else math.inf
 

@@ -27,18 +27,18 @@ from geoimp_drake.robot_files.joints import check_single_axis, joint_between, lo
 
 __all__ = ["MOUNTING", "SENSOR_JOINT", "ArmAssembly"]
 
-# Name of the weld that is put where the robot has none.
+# Name of the weld that is added where the robot has none.
 SENSOR_JOINT = "wrist_sensor"
-# What is added to that name for the massless body between a joint and the link that is cut off it.
+# Suffix of that name for the massless body between a joint and the link that is cut off it.
 MOUNTING = "_mounting"
 
 
 class ArmAssembly:
-    """The way from a robot's base to its end effector, and what is changed along it.
+    """The chain from a robot's base to its end effector, and the changes along it.
 
     Args:
         plant: holds the robot, not finalized.
-        instances: the robot, then those of its arms; a list that they share.
+        instances: the robot, then its arms; all arms share this list.
         E: the end effector's frame.
     """
 
@@ -56,7 +56,7 @@ class ArmAssembly:
         return name
 
     def joints(self) -> list[Joint]:
-        """Returns the robot's joints, whichever there are now."""
+        """Returns the robot's present joints."""
         return [
             self._plant.get_joint(k)
             for instance in self._instances
@@ -64,7 +64,7 @@ class ArmAssembly:
         ]
 
     def parted(self) -> list[tuple[str, str]]:
-        """Returns the links, in pairs, that a joint of the file connects and none does any more."""
+        """Returns the pairs of links that a joint of the file connects, but none does any more."""
         return sorted(self._neighbours - self._joined())
 
     def _joined(self) -> set[tuple[str, str]]:
@@ -87,13 +87,13 @@ class ArmAssembly:
         return [joint for joint in self.path() if not isinstance(joint, WeldJoint)]
 
     def moved_links(self) -> set[str]:
-        """Returns the names of the links that are on the way and move."""
+        """Returns the names of the links on the chain that move."""
         path = self.path()
         first = next((k for k, j in enumerate(path) if not isinstance(j, WeldJoint)), len(path))
         return {joint.child_body().name() for joint in path[first:]}
 
     def place_base(self, X_WB: RigidTransform) -> None:
-        """Welds the base to the world; what the file welds there is moved along with it."""
+        """Welds the base to the world; everything that the file welds there moves along with it."""
         world = self._plant.world_body()
         on_world = [j for j in self.joints() if j.parent_body().index() == world.index()]
         for joint in on_world:
@@ -104,14 +104,14 @@ class ArmAssembly:
         self.weld_base(X_WB)
 
     def weld_base(self, X_WB: RigidTransform) -> None:
-        """Welds the base to the world unless it is."""
+        """Welds the base to the world unless it is welded already."""
         world, path = self._plant.world_body(), self.path()
         base = path[0].parent_body() if path else self._E.body()
         if base.index() != world.index():
             self._plant.WeldFrames(self._plant.world_frame(), base.body_frame(), X_WB)
 
     def lock_others(self, arms: "Sequence[ArmAssembly]" = ()) -> None:
-        """Turns the moving joints that are on the way to no arm, or to several, into welds.
+        """Turns the moving joints that belong to no arm's chain, or to several, into welds.
 
         Args:
             arms: the robot's other arms.
@@ -126,13 +126,13 @@ class ArmAssembly:
             _check_left(shared, [self, *arms])
         beside = [joint for joint in moving if ways[joint.index()] == 0]
         for joints, which in ((beside, "beside the arm"), (shared, "that move several arms")):
-            # A joint that is locked away from zero is worth a number.
+            # A joint that is locked away from zero is reported with its position.
             done = [f"{joint.name()}{self._lock(joint)}" for joint in joints]
             if done:
                 self.changes.append(f"joints {which} locked: {', '.join(done)}")
 
     def _lock(self, joint: Joint) -> str:
-        """Welds a joint where it is by default; returns a word on where."""
+        """Welds a joint at its default position; returns a word on where that is."""
         X_PC, where = locked_pose(joint)
         weld = WeldJoint(joint.name(), joint.frame_on_parent(), joint.frame_on_child(), X_PC)
         self._remove(joint)
@@ -140,10 +140,10 @@ class ArmAssembly:
         return where
 
     def split_off(self, name: str) -> ModelInstanceIndex:
-        """Moves the joints that move E into a model instance of their own; the bodies stay.
+        """Puts the joints that move E into a model instance of their own; the bodies stay.
 
-        Drake orders states and torques by the model instance of joints, which is that of the
-        frame on the child.
+        Drake orders states and torques by the joints' model instance, which is that of the frame on
+        the child.
         """
         arm = self._plant.AddModelInstance(name)
         for joint in self.moving():
@@ -157,8 +157,8 @@ class ArmAssembly:
     def sensor_joint(self, name: str | None) -> WeldJoint:
         """Returns the weld that carries the wrist sensor.
 
-        By default the first one beyond the last moving link; where there is none, the last moving
-        link is cut off its joint and welded to it.
+        By default it is the first one beyond the last moving link. Where there is none, the last
+        moving link is cut off its joint and welded to it.
 
         Raises:
             ModelError: there is no such weld between the last moving link and the end effector.
@@ -185,10 +185,10 @@ class ArmAssembly:
         return self._cut(path[last])
 
     def add_actuators(self, drives: Mapping[str, Drive]) -> None:
-        """Gives every moving joint on the way one actuator that takes a torque.
+        """Gives every moving joint of the chain one actuator that takes a torque.
 
         Args:
-            drives: by joint; one that is not there gets an actuator without limit and inertia.
+            drives: by joint; a joint without one gets an actuator without limit and inertia.
         """
         for joint in self.moving():
             check_single_axis(joint)
@@ -241,7 +241,7 @@ class ArmAssembly:
         self._plant.AddJoint(copy)
 
     def _remove(self, joint: Joint) -> None:
-        """Deletes a joint and its actuator; what Python still holds of them must not be used."""
+        """Deletes a joint and its actuator; do not use Python's references to them any more."""
         if (actuator := self._actuator(joint)) is not None:
             self._plant.RemoveJointActuator(actuator)
         self._plant.RemoveJoint(joint)

@@ -1,4 +1,4 @@
-"""Pairs of links between which no contact is looked for, as in a robot's file."""
+"""Filters of collisions between pairs of links, as in a robot's file."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
@@ -13,9 +13,9 @@ __all__ = ["filter_collisions", "filter_neighbours"]
 
 
 def filter_collisions(description: Description, pairs: Iterable[tuple[str, str]]) -> None:
-    """Has Drake look for no contact between the links of each pair.
+    """Lets Drake ignore contact between the links of each pair.
 
-    Drake takes filters from a description alone until the plant is finalized.
+    Until the plant is finalized, Drake takes filters only from a description.
     """
     root = description.root
     model = root.find("model") if description.format == "sdf" else root
@@ -27,7 +27,7 @@ def filter_collisions(description: Description, pairs: Iterable[tuple[str, str]]
 
 
 def _filter_group(model: ET.Element, format: str, name: str, links: Iterable[str]) -> None:
-    """Adds Drake's own element for links between which no contact is looked for."""
+    """Adds Drake's own element for links between which contact is ignored."""
     group = ET.SubElement(model, "drake:collision_filter_group", name=name)
     for link in links:
         _entry(group, "drake:member", format, link=link)
@@ -42,10 +42,9 @@ def _entry(group: ET.Element, tag: str, format: str, **attribute: str) -> None:
 
 
 def filter_neighbours(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Filters collisions of links that were cut off, and of what they hold, from their neighbours.
+    """Filters collisions of links that were cut off, and of what they hold, with their neighbours.
 
-    `load_robot` has done so for the shapes of the file; this is for those that were added to the
-    links afterwards.
+    `load_robot` does so for the shapes of the file. Call this after adding shapes to the links.
 
     Args:
         plant: finalized.

@@ -34,7 +34,7 @@ _POSES = ("offset_position", "offset_attitude_deg", "base_position", "base_attit
 
 @dataclass
 class PayloadConfig:
-    """What hangs on the end effector and is not in the robot's file; `geoimp tare` finds it."""
+    """A load on the end effector that is not in the robot's file; `geoimp tare` finds it."""
 
     mass: float = 1.0  # [kg]
     centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # in E [m]
@@ -60,14 +60,14 @@ class RobotConfig:
     end_effector: str = ""  # its link, frame or site F
     offset_position: Array = field(default_factory=lambda: np.zeros(3))  # of E in F [m]
     offset_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
-    sensor_joint: str | None = None  # a fixed joint; otherwise one is found or put there
+    sensor_joint: str | None = None  # a fixed joint; null: one is found or added
     # Folders of package:// names.
     packages: dict[str, str] = field(default_factory=dict, metadata=PATH)
-    geometry: str = "visual"  # looks only; with collision: convert, keep; or leave-out
-    inertia: str = "check"  # or repair: those on the arm's way that no body can have
+    geometry: str = "visual"  # no collision; with collision: convert, keep; or leave-out
+    inertia: str = "check"  # or repair: impossible inertias on the arm's chain
     base_position: Array = field(default_factory=lambda: np.zeros(3))  # in W [m]
     base_attitude_deg: Array = field(default_factory=lambda: np.zeros(3))
-    # Of motors at their joints, by name, in the place of the file's [kg m² or kg].
+    # Of motors at their joints, by joint name; replaces the file's [kg m² or kg].
     rotor_inertia: dict[str, float] = field(default_factory=dict)
     payload: PayloadConfig | None = None  # on E, not in the file
     driver: DriverConfig = field(default_factory=DriverConfig)  # for `geoimp drive`
@@ -75,7 +75,7 @@ class RobotConfig:
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
-        What is in the file is checked by `load`.
+        `load` checks the contents of the file.
         """
         for part, what in (
             ("file", "a URDF, SDF or MJCF file"),
@@ -125,7 +125,7 @@ class RobotConfig:
 
 
 def _set_rotors(plant: MultibodyPlant, robot: LoadedRobot, inertias: Mapping[str, float]) -> None:
-    """Gives actuators the inertia that their motors have at the joint."""
+    """Gives actuators the inertia of their motors at the joint."""
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices())
     own = {
         actuator.joint().name(): actuator

@@ -1,4 +1,4 @@
-"""A robot's description as XML in memory: read, checked, and asked what Drake's parser drops."""
+"""A robot's description as XML in memory: reads it, checks it, keeps what Drake's parser drops."""
 
 import bisect
 import itertools
@@ -33,9 +33,9 @@ class Description:
     Attributes:
         file: where it was read.
         root: its XML.
-        changes: what has been done to it, for people.
-        sites: of an MJCF, which have been taken out of it.
-        aliases: names that have been changed, as the user may still write them.
+        changes: all changes made to it, in words.
+        sites: those of an MJCF, which have been taken out of it.
+        aliases: present names by the names that the user may still write.
     """
 
     file: Path
@@ -55,20 +55,20 @@ class Description:
         return ET.tostring(self.root, encoding="unicode")
 
     def place(self, line: int) -> Place:
-        """Returns which line of the user's files is in a line of `text()`."""
+        """Returns the line of the user's files that stands in a line of `text()`."""
         begun = bisect.bisect_right(lines_of(self.text()), line)
         place = Place(self.file, 1)
         for element in itertools.islice(self.root.iter(), begun):
-            # What was added since has no place of its own: that of what is before it.
+            # An element that was added has no place of its own; it gets that of the one before it.
             place = place_of(element) or place
         return place
 
     def called(self, name: str | None) -> str | None:
-        """Returns what the user's name of a link, joint or frame is here."""
+        """Returns the present name of a link, joint or frame, by the user's name."""
         return None if name is None else self.aliases.get(name, name)
 
     def take_out_followers(self) -> set[str]:
-        """Takes the coupling of joints to others out; returns the joints that followed others."""
+        """Removes the coupling of joints to others; returns the joints that followed others."""
         followers = set()
         for joint in self.root.iter("joint"):
             for parent in (joint, *joint.findall("axis")):
@@ -85,7 +85,8 @@ def read_description(file: Path) -> Description:
     """Reads a URDF, SDF or MJCF file.
 
     Raises:
-        ConfigurationError: no such file, no XML (the message has the line), or none of the three.
+        ConfigurationError: there is no such file, or it is no XML (the message has the line) or
+            none of the three.
     """
     root = read_xml(file)
     if root.tag not in _FORMATS:
@@ -102,7 +103,7 @@ def read_description(file: Path) -> Description:
 
 
 def _inline(element: ET.Element, folder: Path, within: tuple[Path, ...]) -> None:
-    """Puts what MJCF's <include file="…"/> names into its place; text has no folder to look in."""
+    """Replaces MJCF's <include file="…"/> by what it names; a text has no folder to look in."""
     for place, child in reversed(list(enumerate(element))):
         if child.tag == "include" and "file" in child.attrib:
             file = folder / child.attrib["file"]

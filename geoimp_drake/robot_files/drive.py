@@ -1,4 +1,4 @@
-"""What drives a joint of a robot: a motor's limit and inertia, and what of it Drake lacks."""
+"""The drive of a robot's joint: a motor's limit and inertia, and properties that Drake lacks."""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,11 +8,11 @@ __all__ = ["Drive", "number"]
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a joint, as a robot's description has it.
+    """The drive of a joint, as a robot's description states it.
 
     Attributes:
         actuator: its name in the description, None if the joint has none.
-        is_servo: whether it follows something else than a torque there.
+        is_servo: whether the actuator there follows something other than a torque.
         effort_limit: at the joint [Nm or N]; infinite if the description states none.
         rotor_inertia: before the gear [kg m² or kg].
         gear_ratio: of the rotor's speed to the joint's.
@@ -39,17 +39,17 @@ class Drive:
         limit: float = math.inf,
         is_servo: bool = False,
     ) -> "Drive":
-        """Returns this drive with one actuator more; one whose gear is zero does nothing.
+        """Returns this drive with one more actuator; an actuator with a gear of zero does nothing.
 
-        Inertias felt at the joint add up. Of several limits the smallest holds: nothing says that
-        actuators of one joint work at the same time.
+        Reflected inertias at the joint add up. Of several limits the smallest holds: nothing says
+        that actuators of one joint work at the same time.
 
         Args:
             name: the actuator's.
             rotor: its inertia before the gear [kg m² or kg].
             gear: its ratio.
             limit: of the effort at the joint [Nm or N].
-            is_servo: whether it takes something else than a torque.
+            is_servo: whether it takes something other than a torque.
         """
         if gear**2 == 0:
             return self
@@ -67,5 +67,5 @@ class Drive:
 
 
 def number(text: str | None, default: float = 0.0) -> float:
-    """Returns a text as a number, the default if there is none; `check_numbers` has read it."""
+    """Returns a text as a number, the default if there is none; `check_numbers` has checked it."""
     return default if text is None else float(text)

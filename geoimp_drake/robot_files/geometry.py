@@ -1,4 +1,4 @@
-"""The shapes in a robot's description: meshes found and converted, or everything left out."""
+"""Finds and converts the meshes in a robot's description, or leaves all its shapes out."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator, Mapping
@@ -13,7 +13,7 @@ from geoimp_drake.robot_files.source import place_of
 
 __all__ = ["GEOMETRY", "leave_out_geometry", "place_meshes", "place_textures"]
 
-# What is done with a robot's shapes.
+# The ways to treat a robot's shapes.
 GEOMETRY = ("visual", "convert", "keep", "leave-out")
 
 
@@ -24,7 +24,7 @@ def place_meshes(
     convert: bool,
     cache: Path | None,
 ) -> None:
-    """Names every mesh by its full path, since a description in memory has no folder.
+    """Gives every mesh its full path, since a description in memory has no folder.
 
     Args:
         description: changed in place.
@@ -51,7 +51,7 @@ def place_meshes(
 
 
 def place_textures(description: Description, packages: Mapping[str, str | Path]) -> None:
-    """Names every texture by its full path; those that are not there are left out."""
+    """Gives every texture its full path; leaves out missing ones."""
     folder = description.file.resolve().parent
     missing = set()
     for holder in list(description.root.iter()):
@@ -74,7 +74,7 @@ def place_textures(description: Description, packages: Mapping[str, str | Path])
 
 
 def leave_out_geometry(description: Description, but: Collection[str] = ()) -> None:
-    """Takes all shapes out, but for those of the links that are named."""
+    """Removes all shapes except those of the links that are named."""
     shapes = {"xml": ("geom",)}.get(description.format, ("visual", "collision"))
     for link in (*links(description), *description.root.iter("worldbody")):
         if link.get("name") not in but:
@@ -92,7 +92,7 @@ def _leave_out_unused_meshes(mujoco: ET.Element) -> None:
 
 
 def _meshes(description: Description) -> Iterator[tuple[ET.Element, str | None]]:
-    """Yields where meshes are named: an element and its attribute, or None for its text."""
+    """Yields the places that name meshes: an element and its attribute, or None for its text."""
     for mesh in description.root.iter("mesh"):
         if description.format == "sdf":
             yield from ((uri, None) for uri in mesh.findall("uri"))

@@ -1,4 +1,4 @@
-"""Inertias that a robot's description leaves to its shapes."""
+"""Inertias that a robot's description does not state, found from its shapes."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -12,14 +12,14 @@ from geoimp_drake.robot_files.inertial_elements import read_inertial
 
 __all__ = ["DENSITY", "inertia_of_shapes", "links_of_shapes"]
 
-# Of the solids by which links without mass are estimated [kg/m³].
+# Density of the solids by which links without mass are estimated [kg/m³].
 DENSITY = 1000.0
 
 
 def links_of_shapes(description: Description) -> list[str]:
-    """Returns the links that move and whose inertia is that of their shapes.
+    """Returns the moving links whose inertia follows from their shapes.
 
-    Those are, in a URDF, links without mass if what is fixed to them has none either; in an MJCF,
+    In a URDF these are links without mass if all that is fixed to them has none either; in an MJCF,
     bodies without <inertial>. SDF gives a mass to every link.
     """
     if description.format == "sdf":
@@ -56,7 +56,7 @@ def _below(place: ET.Element, *, moved: bool) -> Iterator[str]:
 
 
 def _carrier(description: Description, link: str) -> str:
-    """Returns the link that fixed joints make one with a link, nearest to the base."""
+    """Returns the link nearest to the base among those that fixed joints connect to a link."""
     inboard, seen = _inboard(description), {link}
     while link in inboard and inboard[link][1] == "fixed" and inboard[link][0] not in seen:
         link = inboard[link][0]
@@ -65,7 +65,7 @@ def _carrier(description: Description, link: str) -> str:
 
 
 def _inboard(description: Description) -> dict[str, tuple[str, str]]:
-    """Returns, for each link of a URDF but the root, the link before it and the kind of joint."""
+    """Returns the link before each link of a URDF except the root, and the kind of joint."""
     inboard = {}
     for joint in description.root.findall("joint"):
         parent, child = joint.find("parent"), joint.find("child")
@@ -82,8 +82,8 @@ def inertia_of_shapes(
 ) -> SpatialInertia | None:
     """Returns the inertia of a body's shapes about its origin, in B; None if they have no mass.
 
-    For an MJCF it is Drake's. For a URDF it is that of solids of `DENSITY`, of the shapes of
-    collision or else the visual ones.
+    For an MJCF it is Drake's. For a URDF it is that of solids of `DENSITY`, with the collision
+    shapes or, without any, the visual ones.
     """
     if description.format == "xml":
         M_BBo_B = body.default_spatial_inertia()

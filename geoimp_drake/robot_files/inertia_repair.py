@@ -1,7 +1,7 @@
-"""Inertias that no body can have, in a robot's description: replaced by the nearest, or refused.
+"""Replaces impossible inertias in a robot's description by the nearest possible one, or refuses.
 
-With the rotational inertia I about the centre of mass, a body has the second moments of mass
-Σ = ½ tr(I) 1 − I, which are positive semidefinite. In other words, no principal moment is larger
+With I the rotational inertia about the centre of mass, a body has the second moments of mass
+Σ = ½ tr(I) 1 − I. They are positive semidefinite. In other words, no principal moment is larger
 than the sum of the other two.
 """
 
@@ -24,9 +24,9 @@ from geoimp_drake.typing import Array
 
 __all__ = ["INERTIA", "InertiaFault", "refuse", "repair_inertias"]
 
-# What is done with such an inertia where it moves with the arm's own links.
+# The ways to treat such an inertia of the arm's own moving links.
 INERTIA = ("check", "repair")
-# Of the largest principal moment: as far off are files that were rounded.
+# The error that rounding in files causes, as a fraction of the largest principal moment.
 _ROUNDED = 0.01
 
 
@@ -36,9 +36,9 @@ class InertiaFault:
 
     Attributes:
         link: its name.
-        off: by which part of itself the largest principal moment is larger than the sum of the
-            others; infinite where there is inertia without mass.
-        said: what is wrong and what can be done, for people.
+        off: by which fraction of itself the largest principal moment exceeds the sum of the others;
+            infinite for inertia without mass.
+        said: what is wrong and what can be done, in words.
     """
 
     link: str
@@ -47,10 +47,10 @@ class InertiaFault:
 
 
 def repair_inertias(description: Description) -> list[InertiaFault]:
-    """Replaces inertias that no body can have by the nearest; without mass there is none.
+    """Replaces impossible inertias by the nearest possible ones; massless links get none.
 
     Raises:
-        ModelError: a mass is negative, or a number is not finite: there is no nearest.
+        ModelError: a mass is negative, or a number is not finite, so there is no nearest inertia.
     """
     faults = []
     for link, inertial in inertials(description):
@@ -76,7 +76,7 @@ def repair_inertias(description: Description) -> list[InertiaFault]:
 
 
 def refuse(faults: Iterable[InertiaFault], links: Collection[str]) -> None:
-    """Raises ModelError for a fault of one of these links that is more than rounding."""
+    """Raises ModelError for a fault of one of these links that exceeds rounding."""
     for fault in faults:
         if fault.link in links and fault.off > _ROUNDED:
             raise ModelError(fault.said)

@@ -11,18 +11,18 @@ from geoimp_drake.typing import Array
 
 __all__ = ["MOMENTS", "inertials", "links", "read_inertial", "set_inertia", "write_inertial"]
 
-# Moments and products of inertia as URDF, SDF and MJCF's fullinertia have them.
+# Moments and products of inertia in the order of URDF, SDF and MJCF's fullinertia.
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _LINK = {"urdf": "link", "sdf": "link", "xml": "body"}
 
 
 def links(description: Description) -> Iterator[ET.Element]:
-    """Yields the links, an MJCF's bodies."""
+    """Yields the links; in an MJCF, the bodies."""
     return description.root.iter(_LINK[description.format])
 
 
 def inertials(description: Description) -> Iterator[tuple[ET.Element, ET.Element]]:
-    """Yields each link with the <inertial> that it has."""
+    """Yields each link that has an <inertial>, with it."""
     for link in links(description):
         if (inertial := link.find("inertial")) is not None:
             yield link, inertial
@@ -47,7 +47,7 @@ def read_inertial(inertial: ET.Element, format: str) -> tuple[float, Array]:
 
 
 def write_inertial(inertial: ET.Element, format: str, mass: float, moments: Array) -> None:
-    """Replaces mass, moments and products; where they are about stays."""
+    """Replaces mass, moments and products; the point to which they refer stays."""
     texts = [repr(float(value)) for value in moments]
     if format == "xml":
         inertial.attrib.pop("diaginertia", None)

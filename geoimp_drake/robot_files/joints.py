@@ -1,4 +1,4 @@
-"""Copies of a joint between other frames, and where a joint is locked."""
+"""Copies of a joint between other frames, and the pose at which a joint is locked."""
 
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
@@ -11,7 +11,7 @@ __all__ = ["check_single_axis", "joint_between", "locked_pose"]
 
 
 def check_single_axis(joint: Joint) -> None:
-    """Raises ModelError unless a joint is one that an arm may have."""
+    """Raises ModelError if an arm cannot have such a joint."""
     if not isinstance(joint, RevoluteJoint | PrismaticJoint):
         raise ModelError(
             f"Joint '{joint.name()}' is of type '{joint.type_name()}'; an arm is made of revolute "
@@ -39,7 +39,7 @@ def joint_between(joint: Joint, P: Frame, C: Frame) -> Joint:
 
 
 def locked_pose(joint: Joint) -> tuple[RigidTransform, str]:
-    """Returns X_PC in the default position, or the nearest one allowed, and a word on which."""
+    """Returns X_PC at the default position, or at the nearest one allowed, and a word on which."""
     if not isinstance(joint, RevoluteJoint | PrismaticJoint):
         raise ModelError(
             f"Joint '{joint.name()}' beside the arm is of type '{joint.type_name()}', which cannot "

@@ -1,4 +1,4 @@
-"""Adding a robot of the user's own to a plant, whatever its description leaves open."""
+"""Adds a user's own robot to a plant, and fills in what its description leaves open."""
 
 import logging
 from collections.abc import Iterable, Mapping, Sequence
@@ -47,12 +47,12 @@ class LoadedRobot:
     """A robot in its plant.
 
     Attributes:
-        model_instance: the robot, an arm whose every joint has an actuator; of several arms, the
-            one with this arm's joints.
+        model_instance: the robot, an arm whose every joint has an actuator; with several arms, the
+            instance of this arm's joints.
         end_effector_frame: E.
         sensor_joint: the weld whose reaction force a wrist sensor reads, see `add_wrist_sensor`.
-            Leave that sensor its `inertial_load: plant`: it may carry all of the last link.
-        changes: what had to be done to the robot, one phrase each.
+            Keep that sensor's `inertial_load: plant`: it may carry all of the last link.
+        changes: the changes that were necessary, one phrase each.
     """
 
     model_instance: ModelInstanceIndex
@@ -110,45 +110,45 @@ def load_robot(
 ) -> LoadedRobot | tuple[LoadedRobot, ...]:
     """Adds a robot from a URDF, SDF or MJCF file to a plant, ready for `make_impedance_controller`.
 
-    What ROS-style files leave open is filled in: joints on the way to the end effector get
-    actuators with the file's effort limits, others (a gripper's, mimic joints) are locked, meshes
-    that Drake does not read are converted, URDF links that move without any mass are estimated
-    from their shapes, the base is welded to the world. One line in Drake's log says so. If the
-    robot cannot be used the plant is left as it was.
+    It fills in what ROS-style files leave open. Joints between base and end effector get actuators
+    with the file's effort limits; others (a gripper's, mimic joints) are locked. It converts meshes
+    that Drake does not read. URDF links that move without any mass get an inertia from their
+    shapes. The base is welded to the world. One line in Drake's log lists these changes. If the
+    robot cannot be used, the plant is left as it was.
 
-    A robot with several arms is loaded by `end_effectors`, one for each arm. Each arm gets a model
-    instance of its own, NAME_FRAME, with the joints that move it; all bodies are in the instance
-    NAME, and joints that move several arms, those of a torso, are locked.
+    For a robot with several arms give `end_effectors`, one for each arm. Each arm gets a model
+    instance of its own, NAME_FRAME, with the joints that move it. All bodies are in the instance
+    NAME. Joints that move several arms, such as those of a torso, are locked.
 
     Args:
-        file: the description; a xacro file is to be expanded before.
-        plant: not finalized, without constraints and force elements of the user's as yet.
+        file: the description; expand a xacro file first.
+        plant: not finalized, still without the user's constraints and force elements.
         end_effector: a link or frame of the file, or an MJCF site.
         end_effectors: one such frame for each arm, instead; `EndEffector` for more than its name.
         name: of the model instance.
         offset: X_FE, the pose of E in that frame F; they are the same by default.
-        sensor_joint: a fixed joint between the last moving link and E. By default the first that
-            there is; without one the last moving link is cut off its joint and welded to it. The
-            sensor feels what touches the links beyond.
+        sensor_joint: a fixed joint between the last moving link and E. The default is the first
+            one. Without any, the last moving link is cut off its joint and welded to it. The sensor
+            measures whatever touches the links beyond it.
         base_pose: X_WB, of the robot's root (or of the file's world); identity by default.
-        packages: folders of `package://` names; others are looked for above and beside the file
-            and in ROS_PACKAGE_PATH.
-        geometry: `convert` meshes that Drake does not read; the same for looks only, so that the
-            robot touches nothing (`visual`); `keep` meshes as they are; or `leave-out` all shapes.
-            Links that have their inertia from shapes keep that.
-        inertia: what is done where no body can have the one in the file. The nearest takes its
-            place if the link does not move or is beside the arm, or is off by 1 % at most.
-            `check` refuses the others, `repair` replaces them, too.
+        packages: folders of `package://` names; others are searched above and beside the file and
+            in ROS_PACKAGE_PATH.
+        geometry: `convert` meshes that Drake does not read, or do so without collision, so that the
+            robot touches nothing (`visual`). Or `keep` meshes as they are, or `leave-out` all
+            shapes. Links whose inertia follows from shapes keep it.
+        inertia: what to do with inertias in the file that no body can have. The nearest possible
+            one replaces them if the link does not move or does not belong to the arm, or is off by
+            1 % at most. `check` refuses the others, `repair` replaces them, too.
         cache: folder for converted meshes; one of the user's by default.
 
     Returns:
-        Where the robot is in the plant; for each arm, if there are `end_effectors`.
+        The robot in its plant; with `end_effectors`, one for each arm.
 
     Raises:
-        ConfigurationError: a file, mesh or package is missing or cannot be read, an unknown choice,
-            not either `end_effector` or `end_effectors`.
-        ModelError: no such frame or joint, an inertia that no body can have, fewer than six
-            joints, a joint that carries no inertia; or the plant cannot take a robot.
+        ConfigurationError: a file, mesh or package is missing or cannot be read, a choice is
+            unknown, or not exactly one of `end_effector` and `end_effectors` is given.
+        ModelError: there is no such frame or joint, an inertia is impossible, the arm has fewer
+            than six joints, or a joint carries no inertia. Or the plant cannot take a robot.
     """
     file = Path(file)
     choice(geometry, "geometry", GEOMETRY)
@@ -202,7 +202,7 @@ def _end_effectors(
 
 @dataclass(frozen=True)
 class _Recipe:
-    """What is added to a plant: first to one on trial, then to the user's."""
+    """The robot to be added to a plant: first to a trial plant, then to the user's."""
 
     description: Description
     drives: Mapping[str, Drive]
@@ -262,9 +262,9 @@ def _check_plant(plant: MultibodyPlant, name: str) -> None:
 def _check(
     recipe: _Recipe, followers: set[str], faults: Iterable[InertiaFault]
 ) -> list[tuple[str, str]]:
-    """Raises the error by which the robot cannot be used, before the user's plant is touched.
+    """Raises an error if the robot cannot be used, before the user's plant is touched.
 
-    Returns the neighbours that are none any more, see `ArmAssembly.parted`.
+    Returns the former neighbours, see `ArmAssembly.parted`.
     """
     plant, _scene_graph = trial_plant()
     robots, assemblies = recipe.add_to(plant)
@@ -284,7 +284,7 @@ def _check(
 
 
 def _check_carried(model: ControlModel, recipe: _Recipe) -> None:
-    """Raises ModelError if a joint would accelerate for nothing: the arm has no inertia there."""
+    """Raises ModelError if the arm has no inertia at a joint: nothing bounds its acceleration."""
     M = model.plant.CalcMassMatrix(model.plant.CreateDefaultContext())
     inertias = np.diag(M)
     for k in np.flatnonzero(inertias <= _NO_INERTIA * max(inertias.max(), 1e-300)):

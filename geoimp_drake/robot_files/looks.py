@@ -1,4 +1,4 @@
-"""Shapes that are seen and touch nothing."""
+"""Visual shapes, which touch nothing."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Collection
@@ -8,16 +8,16 @@ from geoimp_drake.robot_files.mjcf_defaults import DefaultClasses, in_bodies
 
 __all__ = ["keep_looks_only"]
 
-# What a shape that is not to collide has.
+# The elements of a shape that is not to collide.
 _OF_LOOKS = ("origin", "pose", "geometry")
 # Groups of an MJCF's geoms that MuJoCo and Drake show.
 _SHOWN_GROUPS = ("0", "1", "2")
 
 
 def keep_looks_only(description: Description, but: Collection[str] = ()) -> None:
-    """Takes collision out of all shapes, but for those of the links that are named.
+    """Removes collision from all shapes except those of the links that are named.
 
-    A link that has no other shapes is seen by those of collision.
+    A link without visual shapes shows its collision shapes.
     """
     if description.format == "xml":
         _keep_looks_of_bodies(description.root, but)

@@ -41,18 +41,18 @@ def mesh_cache() -> Path:
 
 
 def convert_mesh(mesh: Path, cache: Path | None = None) -> Path:
-    """Returns the Wavefront OBJ of a mesh, in metres; converts it unless that has been done before.
+    """Returns the Wavefront OBJ of a mesh, in metres; converts it unless that was done before.
 
-    As in ROS, a file's unit is respected and its declaration of which axis points up is not. Its
-    materials, textures among them, are in an MTL file beside the OBJ.
+    As in ROS, it respects a file's unit but not its declaration of the axis that points up. The
+    materials and textures are in an MTL file beside the OBJ.
 
     Args:
         mesh: of any format that trimesh reads.
-        cache: folder for the results, one folder each, which is named after the mesh's content; by
-            default one of the user's, see `mesh_cache`.
+        cache: folder for the results, each in a folder named after the mesh's content; by default
+            one of the user's, see `mesh_cache`.
 
     Raises:
-        ConfigurationError: it cannot be read, it is empty, or the extra `robots` is missing.
+        ConfigurationError: the mesh cannot be read or is empty, or the extra `robots` is missing.
     """
     folder = (cache or mesh_cache()) / hashlib.sha256(mesh.read_bytes()).hexdigest()
     if not folder.is_dir():
@@ -66,7 +66,7 @@ def _as_obj(mesh: Path) -> dict[str, bytes]:
         import collada  # noqa: F401  (COLLADA is read through it)
         from trimesh import load_scene
         from trimesh.exchange.obj import export_obj
-    # What its many readers raise is not one kind of exception.
+    # Its many readers raise many kinds of exceptions.
     try:
         scene = _collada_scene(mesh) if mesh.suffix.lower() == ".dae" else load_scene(mesh)
         if scene.units not in (None, "meters"):
@@ -90,9 +90,9 @@ def _as_obj(mesh: Path) -> dict[str, bytes]:
 
 
 def _collada_scene(mesh: Path) -> Any:
-    """Returns a COLLADA file's scene; where a material is broken, all are left out.
+    """Returns a COLLADA file's scene; if one material is broken, it leaves all out.
 
-    Its reader would leave out the shapes that have such a material.
+    The reader would otherwise leave out the shapes with such a material.
     """
     from collada import Collada, DaeError
     from trimesh import load_scene
@@ -109,9 +109,9 @@ def _collada_scene(mesh: Path) -> Any:
 
 
 def _as_materials(parts: Iterable[Any]) -> None:
-    """Gives the parts of a mesh such materials as an MTL file can have.
+    """Gives the parts of a mesh materials that an MTL file can hold.
 
-    Of colours of vertices or faces it is the commonest; a texture is not darkened.
+    Of several colours of vertices or faces it takes the commonest. It does not darken a texture.
     """
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
@@ -128,7 +128,7 @@ def _as_materials(parts: Iterable[Any]) -> None:
 
 
 def _write(files: dict[str, bytes], target: Path) -> None:
-    """Writes a folder under another name first: another process may want the same mesh."""
+    """Writes a folder under another name first, since another process may write the same mesh."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         partial = Path(tempfile.mkdtemp(dir=target.parent, suffix=".part"))

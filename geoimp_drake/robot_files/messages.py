@@ -1,4 +1,4 @@
-"""What Drake says of a description in memory, said of the user's file, and each kind once."""
+"""Drake's messages about a description in memory, in terms of the user's file, each kind once."""
 
 import contextlib
 import itertools
@@ -15,7 +15,7 @@ __all__ = ["in_users_words", "of_file", "silent"]
 
 _log = logging.getLogger("drake")
 
-# Drake's and SDFormat's name for a text in memory, mostly with a line.
+# Drake's and SDFormat's name for a text in memory, usually with a line.
 _TEXT = re.compile(r"<(?:literal|data)-string>(?:\.\w+)?(?::(?P<line>\d+))?")
 _QUOTED = re.compile(r"(?<=['\"\[])[^'\"\[\]]+(?=['\"\]])")
 _NUMBER = re.compile(r"-?\d[\d.e+-]*")
@@ -23,10 +23,10 @@ _NUMBER = re.compile(r"-?\d[\d.e+-]*")
 
 @contextlib.contextmanager
 def in_users_words(description: Description) -> Iterator[None]:
-    """While Drake parses: its errors and warnings name the user's file and line.
+    """Lets Drake's errors and warnings name the user's file and line while it parses.
 
-    Warnings of one kind, that differ in the names and numbers of the description alone, become one
-    line with their count.
+    Warnings that differ only in names and numbers of the description become one line with their
+    count.
     """
     said: list[logging.LogRecord] = []
 
@@ -47,7 +47,7 @@ def in_users_words(description: Description) -> Iterator[None]:
 
 @contextlib.contextmanager
 def of_file(file: Path) -> Iterator[None]:
-    """Puts the file before what is said of its robot without naming it."""
+    """Puts the file before messages about its robot that do not name it."""
     try:
         yield
     except ModelError as error:
@@ -76,7 +76,7 @@ def _translated(said: str, description: Description) -> str:
 
 
 def _place_of_a_name(said: str, description: Description) -> str:
-    """Returns where the first thing that a message without a line names stands in the file."""
+    """Returns the place in the file of the first name in a message that has no line."""
     if not any(text["line"] for text in _TEXT.finditer(said)):
         for name in _QUOTED.findall(said):
             for element in itertools.islice(description.root.iter(), 1, None):

@@ -1,4 +1,4 @@
-"""What MJCF has and Drake's parser does not read: <frame>, and sites turned in every way."""
+"""Parts of MJCF that Drake's parser does not read: <frame>, and sites with any orientation."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
@@ -22,9 +22,9 @@ _AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def take_out_sites(description: Description) -> None:
-    """Takes the sites out of an MJCF model, which Drake would leave out, and keeps their places.
+    """Removes the sites of an MJCF model, which Drake would leave out, and keeps their poses.
 
-    Those that are given by their ends, and the world's, are lost.
+    Sites given by their ends, and those of the world, are lost.
     """
     poses = _Poses(description.root)
     for body in [e for e in description.root.iter() if e.tag in ("body", "worldbody")]:
@@ -36,7 +36,7 @@ def take_out_sites(description: Description) -> None:
 
 
 def expand_frames(description: Description) -> None:
-    """Puts what a <frame> holds into the body around it; Drake would leave it out.
+    """Moves the contents of a <frame> into the body around it; Drake would leave them out.
 
     Raises:
         ConfigurationError: a joint in a turned <frame> has its axis from a default class.
@@ -61,7 +61,7 @@ def _expand(parent: ET.Element, poses: "_Poses") -> None:
 
 
 def _move(element: ET.Element, X_PF: RigidTransform, poses: "_Poses") -> None:
-    """Gives the pose in P of an element that has one in F."""
+    """Expresses in P the pose of an element that is given in F."""
     if element.tag == "joint":
         if "axis" not in element.attrib and not X_PF.rotation().IsNearlyIdentity():
             raise ConfigurationError(
@@ -83,7 +83,7 @@ def _move(element: ET.Element, X_PF: RigidTransform, poses: "_Poses") -> None:
 
 
 class _Poses:
-    """Reads poses as the compiler's settings of a model say.
+    """Reads poses by the settings of a model's compiler.
 
     Args:
         root: of the model.
@@ -97,7 +97,7 @@ class _Poses:
         self._sequence = settings.get("eulerseq", "xyz")
 
     def of(self, element: ET.Element) -> RigidTransform:
-        """Returns the pose of an element in what it stands in."""
+        """Returns the pose of an element in its parent."""
         return RigidTransform(self._turn(element), numbers(element, "pos", 3, "0 0 0"))
 
     def _turn(self, element: ET.Element) -> RotationMatrix:
@@ -111,7 +111,7 @@ class _Poses:
         return RotationMatrix(Quaternion(wxyz / np.linalg.norm(wxyz)))
 
     def _euler(self, element: ET.Element) -> RotationMatrix:
-        """In the compiler's order, about turned axes where its letters are small."""
+        """In the compiler's order; lower-case letters mean turned axes."""
         R = RotationMatrix()
         for letter, angle in zip(self._sequence, numbers(element, "euler", 3), strict=True):
             turn = RotationMatrix(AngleAxis(angle * self._unit, np.array(_AXES[letter.lower()])))

@@ -1,4 +1,4 @@
-"""What an MJCF file says of an element by itself and through the classes of `<default>`."""
+"""Attributes of an MJCF file's elements: their own, and those of `<default>` classes."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -8,7 +8,8 @@ __all__ = ["DefaultClasses", "in_bodies"]
 _TORQUE = {"gaintype": "fixed", "biastype": "none", "dyntype": "none", "gainprm": "1"}
 _SERVO = {"gaintype": "fixed", "biastype": "affine"}
 _VARYING = {"gaintype": "affine"}
-# Actuators are short for the general one with such attributes; in a class they are one set.
+# Each kind of actuator is short for a general one with such attributes; a class has one set of
+# them.
 _SHORTCUTS = {
     "motor": _TORQUE,
     **dict.fromkeys(("position", "velocity", "intvelocity", "cylinder", "orientation"), _SERVO),
@@ -19,7 +20,7 @@ _Class = dict[str, dict[str, str]]  # attributes by kind of element
 
 
 class DefaultClasses:
-    """The classes of an MJCF's `<default>` sections, each with what it inherits."""
+    """The classes of an MJCF's `<default>` sections, each with its inherited attributes."""
 
     def __init__(self, root: ET.Element):
         self._classes: dict[str, _Class] = {_MAIN: {}}
@@ -27,13 +28,13 @@ class DefaultClasses:
             self._read(section, section.get("class", _MAIN), self._classes[_MAIN])
 
     def attributes(self, element: ET.Element, childclass: str | None = None) -> dict[str, str]:
-        """Returns an element's attributes, and its class's where it has none of its own.
+        """Returns an element's attributes; its class gives those that the element lacks.
 
-        Those of an actuator are as of a `<general>` one.
+        An actuator's are those of the equivalent `<general>` one.
 
         Args:
-            element: of a kind that classes speak of.
-            childclass: of the body that it is in.
+            element: of a kind that has classes.
+            childclass: that of the body around it.
         """
         name = element.get("class", childclass or _MAIN)
         inherited = self._classes.get(name, self._classes[_MAIN])
@@ -53,7 +54,7 @@ def _kind(element: ET.Element) -> str:
 
 
 def _own(element: ET.Element) -> dict[str, str]:
-    """Returns an element's attributes, an actuator's as those of a general one."""
+    """Returns an element's own attributes, an actuator's as those of a general one."""
     gain = element.get("kp", element.get("kv"))
     own = element.attrib | _SHORTCUTS.get(element.tag, {})
     return own if gain is None else own | {"gainprm": gain}
@@ -62,7 +63,7 @@ def _own(element: ET.Element) -> dict[str, str]:
 def in_bodies(
     root: ET.Element, tag: str
 ) -> Iterator[tuple[ET.Element, list[ET.Element], str | None]]:
-    """Yields an MJCF's elements of a tag, the bodies that each is in, and their childclass.
+    """Yields an MJCF's elements with a tag, the bodies around each, and their childclass.
 
     The first body is the world.
     """

@@ -9,16 +9,16 @@ from geoimp_drake.robot_files.mjcf_defaults import DefaultClasses, in_bodies
 
 __all__ = ["mjcf_drives"]
 
-# Dynamics through which a bounded control gives a bounded force.
+# Actuator dynamics through which a bounded control gives a bounded force.
 _DIRECT_DYNAMICS = ("none", "filter", "filterexact")
 _UNKNOWN_TO_DRAKE = {"actuatorfrcrange", "actuatorfrclimited", "frictionloss", "stiffness"}
 
 
 def mjcf_drives(description: Description) -> dict[str, Drive]:
-    """Takes actuators and tendons out of an MJCF; returns what drives each joint.
+    """Removes actuators and tendons from an MJCF; returns the drive of each joint.
 
-    What acts on no joint is left out, and `changes` says so; so does gravity compensation.
-    A joint without a name gets one.
+    Actuators that act on no joint, and gravity compensation, are left out; `changes` says so. A
+    joint without a name gets one.
     """
     root = description.root
     reader = _Reader(root)
@@ -42,14 +42,14 @@ def mjcf_drives(description: Description) -> dict[str, Drive]:
 
 
 def _take_attributes_out(root: ET.Element) -> None:
-    """Takes out of all joints, those of classes too, what Drake would only warn of."""
+    """Removes the attributes of joints, and of joints in classes, that Drake would only warn of."""
     for joint in root.iter("joint"):
         for name in _UNKNOWN_TO_DRAKE & joint.attrib.keys():
             del joint.attrib[name]
 
 
 def _take_out(root: ET.Element, tag: str) -> list[ET.Element]:
-    """Returns the children of all sections of a tag, and removes those sections."""
+    """Removes all sections with a tag; returns their children."""
     sections = root.findall(tag)
     for section in sections:
         root.remove(section)
@@ -66,7 +66,7 @@ class _Reader:
         self._autolimits = all(c.get("autolimits", "true") == "true" for c in compilers)
 
     def joints(self) -> dict[str, Drive]:
-        """Returns the drives of all joints as they are without actuators."""
+        """Returns the drives of all joints, still without actuators."""
         drives: dict[str, Drive] = {}
         for joint, bodies, childclass in in_bodies(self._root, "joint"):
             if "name" not in joint.attrib:
@@ -81,7 +81,7 @@ class _Reader:
         return drives
 
     def driven(self, drive: Drive, name: str, attributes: dict[str, str]) -> Drive:
-        """Returns a drive with an actuator more."""
+        """Returns a drive with one more actuator."""
         gear = _first(attributes, "gear", 1.0)
         is_motor = _takes_torque(attributes)
         limit = self._limit(attributes, "force")
@@ -94,9 +94,9 @@ class _Reader:
         )
 
     def _limit(self, attributes: dict[str, str], kind: str) -> float:
-        """Returns the smaller end of a range, infinity if it does not hold.
+        """Returns the smaller end of a range; infinity if the range does not apply.
 
-        A range that begins at zero, or is of one sign, has its larger end as limit.
+        For a range that begins at zero, or has one sign, the limit is its larger end.
         """
         ends = attributes.get(f"{kind}range", "").split()
         stated = attributes.get(f"{kind}limited", "auto")
@@ -109,7 +109,7 @@ class _Reader:
 
 
 def _name(bodies: list[ET.Element], taken: dict[str, Drive]) -> str:
-    """Returns Drake's name for a joint without one, or another if that is taken."""
+    """Returns Drake's name for a joint without a name, or another one if that is taken."""
     names = [body.get("name", "body") for body in bodies[1:]]
     name = "-".join(["world", *names][-2:])
     return name if name not in taken else f"{name}-{len(taken)}"
@@ -122,6 +122,6 @@ def _takes_torque(attributes: dict[str, str]) -> bool:
 
 
 def _first(attributes: dict[str, str], key: str, default: float = 0.0) -> float:
-    """Returns the first number of an attribute; further ones are of what Drake has not."""
+    """Returns the first number of an attribute; Drake has no use for further ones."""
     numbers = attributes.get(key, "").split()
     return float(numbers[0]) if numbers else default

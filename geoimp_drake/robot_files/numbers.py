@@ -28,7 +28,7 @@ _URDF = {
     "mesh": ("scale",),
     **dict.fromkeys(("drake:rotor_inertia", "drake:gear_ratio"), ("value",)),
 }
-# MJCF's attributes, whatever has them.
+# MJCF's attributes, of any element.
 _MJCF = (
     *("pos", "quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto", "axis", "range"),
     *("mass", "diaginertia", "fullinertia", "armature", "damping", "stiffness", "frictionloss"),
@@ -40,7 +40,7 @@ _SDF = (
     *("damping", "friction", "spring_stiffness", "radius", "length", "scale"),
     *("drake:rotor_inertia", "drake:gear_ratio"),
 )
-# How many numbers Drake wants, which says so without a line.
+# How many numbers Drake expects; its own message has no line.
 _COUNTS = {
     **dict.fromkeys(("xyz", "rpy", "pos", "euler", "zaxis", "axis", "diaginertia"), 3),
     **dict.fromkeys(("lower", "upper", "effort", "velocity", "value", "mass", *_INERTIA), 1),
@@ -51,13 +51,13 @@ _COUNTS = {
     "fromto": 6,
     "fullinertia": 6,
 }
-# What may be without limit; anything else is far smaller than a square that overflows.
+# These may be infinite; all others must be so small that their squares do not overflow.
 _ENDLESS = (
     *("lower", "upper", "effort", "velocity", "range", "actuatorfrcrange", "forcerange"),
     "ctrlrange",
 )
 _LARGEST = 1e30
-# What these hold is nobody's but their reader's.
+# The contents of these elements are for other programs.
 _FOREIGN = ("gazebo", "plugin", "sensor", "custom", "keyframe")
 
 
@@ -65,7 +65,7 @@ def numbers(element: ET.Element, key: str, count: int, default: str | None = Non
     """Returns the numbers of an attribute.
 
     Raises:
-        ConfigurationError: these are not so many numbers; the message has file and line.
+        ConfigurationError: there are not `count` numbers; the message has file and line.
     """
     text = element.get(key, default or "")
     try:
@@ -78,9 +78,9 @@ def numbers(element: ET.Element, key: str, count: int, default: str | None = Non
 
 
 def check_numbers(description: Description) -> None:
-    """Raises ConfigurationError, with file and line, where a number is written as something else.
+    """Raises ConfigurationError, with file and line, where something else stands for a number.
 
-    What stands in geometry's materials, in sensors and in what is meant for simulators is not read.
+    It does not read materials, sensors and elements meant for simulators.
     """
     _check(description.root, None, description.format)
 

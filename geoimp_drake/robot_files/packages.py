@@ -1,4 +1,4 @@
-"""Where a file that a robot's description names lies: `package://`, `file://` and plain paths."""
+"""Finds the files that a robot's description names: `package://`, `file://` and plain paths."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,7 @@ _MANIFEST = "package.xml"
 
 
 def package_of(uri: str) -> str | None:
-    """Returns the package that an address names, or None if it names none."""
+    """Returns the package that an address names, or None."""
     for scheme in _PACKAGE_SCHEMES:
         if uri.startswith(scheme):
             return uri.removeprefix(scheme).partition("/")[0]
@@ -37,7 +37,7 @@ def resolve(
         file: the description.
         packages: folders of packages by name; others are looked for, see `find_package`.
         folder: where relative paths start.
-        place: where in the description it stands, for the error.
+        place: its place in the description, for the error.
 
     Raises:
         ConfigurationError: there is no such package or file.
@@ -58,12 +58,12 @@ def resolve(
 def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> Path:
     """Returns the folder of a ROS package.
 
-    Looked for in this order: `packages`, the folders above `file` and those beside them, the
-    environment variable ROS_PACKAGE_PATH. A folder has the name that its package.xml says, or else
-    its own: addresses of published files have the one or the other.
+    It searches in this order: `packages`, the folders above `file` and those beside them, the
+    environment variable ROS_PACKAGE_PATH. A folder is known by the name in its package.xml and by
+    its own name, since published files use either.
 
     Raises:
-        ConfigurationError: not found, or the folder that was given does not exist.
+        ConfigurationError: the package is not found, or the folder given for it does not exist.
     """
     if name in packages:
         given = Path(packages[name])
@@ -87,7 +87,7 @@ def find_package(name: str, file: Path, packages: Mapping[str, str | Path]) -> P
 
 
 def _around(file: Path, name: str) -> Iterator[Path]:
-    """Yields the folders above a file, and beside each of them the one of that name."""
+    """Yields the folders above a file, and beside each of them the folder with that name."""
     for folder in file.resolve().parents:
         yield folder
         yield folder / name

@@ -1,4 +1,4 @@
-"""A description handed to Drake's parser, and the frames that it then has."""
+"""Passes a description to Drake's parser, and finds the frames that the robot then has."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,7 +19,7 @@ __all__ = ["find_frame", "named_frames", "parse", "trial_plant"]
 def parse(
     description: Description, plant: MultibodyPlant, packages: Mapping[str, Path]
 ) -> ModelInstanceIndex:
-    """Adds a robot to a plant as its description has it by now.
+    """Adds a robot to a plant, as its present description states it.
 
     Args:
         description: of one robot.
@@ -47,7 +47,7 @@ def parse(
 
 
 def trial_plant() -> tuple[MultibodyPlant, SceneGraph]:
-    """Returns a plant to try a description on, and what has its shapes."""
+    """Returns a plant to try a description on, and the scene graph with its shapes."""
     scene_graph = SceneGraph()
     plant = MultibodyPlant(time_step=1e-3)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -60,7 +60,7 @@ def find_frame(
     """Returns a link's frame, a frame or a site of a robot by its name.
 
     Raises:
-        ModelError: there is none of that name; those that there are are listed.
+        ModelError: there is none of that name; the message lists those that exist.
     """
     name = description.aliases.get(name, name)
     _add_sites(description, plant, instance)

@@ -1,4 +1,4 @@
-"""What can be said of an arm before it runs: links that touch by themselves, a start that falls."""
+"""Checks of an arm before it runs: links that touch each other, a start that cannot be held."""
 
 import logging
 
@@ -23,7 +23,7 @@ def preflight(
     end_effector_frame: Frame,
     scene_graph: SceneGraph | None = None,
 ) -> list[str]:
-    """Returns what is wrong with an arm at its start, one sentence each with what to do about it.
+    """Returns what is wrong with an arm at its start: one sentence per problem, with its remedy.
 
     The start is the plant's default positions. Call it before `builder.Build()` or after.
 
@@ -31,7 +31,7 @@ def preflight(
         plant: finalized.
         arm: the arm's model instance.
         end_effector_frame: E.
-        scene_graph: of the plant; without one, contact is not looked for.
+        scene_graph: of the plant; without one, contact is not checked.
 
     Raises:
         ModelError: there is no such arm, as `ControlModel.of_arm`.
@@ -52,13 +52,13 @@ def warn_before_run(
     end_effector_frame: Frame,
     scene_graph: SceneGraph | None = None,
 ) -> None:
-    """Writes what `preflight` finds into Drake's log, as warnings."""
+    """Writes the findings of `preflight` into Drake's log, as warnings."""
     for finding in preflight(plant, arm, end_effector_frame, scene_graph):
         _log.warning(finding)
 
 
 def find_unheld_joints(model: ControlModel, q: Array) -> list[str]:
-    """Returns the joints whose actuators cannot bear gravity at rest, g(q) of (2.2), a sentence.
+    """Returns a sentence on joints whose actuators cannot bear gravity at rest, g(q) of (2.2).
 
     Args:
         model: the arm.
@@ -79,7 +79,7 @@ def find_unheld_joints(model: ControlModel, q: Array) -> list[str]:
 
 
 def find_self_contact(contact: SelfContact, q: Array) -> list[str]:
-    """Returns the links of arms that touch in every posture, and those at a start, a sentence each.
+    """Returns a sentence on links that touch in every posture, and one on those at the start.
 
     Args:
         contact: of the arms.

@@ -1,4 +1,4 @@
-"""A robot's file as a description that Drake reads: what is done before a plant has it."""
+"""Prepares a robot's file: makes of it a description that Drake reads."""
 
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ from geoimp_drake.robot_files.sdf_nesting import flatten_models
 
 __all__ = ["Prepared", "prepare"]
 
-# Ways with geometry that take shapes out, but for those of some links, and what is said of it.
+# The choices for geometry that remove shapes, except those of some links, and their messages.
 _TAKEN_OUT: dict[str, tuple[Callable[[Description, Collection[str]], None], str]] = {
     "leave-out": (leave_out_geometry, "geometry left out"),
     "visual": (keep_looks_only, "shapes for looks only, without collision"),
@@ -30,13 +30,13 @@ _TAKEN_OUT: dict[str, tuple[Callable[[Description, Collection[str]], None], str]
 
 
 class Prepared(NamedTuple):
-    """A robot's description as Drake reads it, and what was taken out of it.
+    """A robot's description as Drake reads it, and what was removed from it.
 
     Attributes:
-        description: the rest.
+        description: the remaining description.
         drives: of the joints.
         followers: joints that followed others.
-        faults: inertias that have been replaced by the nearest of a body.
+        faults: inertias that were replaced by the nearest possible ones.
     """
 
     description: Description
@@ -48,12 +48,12 @@ class Prepared(NamedTuple):
 def prepare(
     file: Path, packages: Mapping[str, Path], geometry: str, cache: Path | None
 ) -> Prepared:
-    """Reads a robot's file and makes of it what Drake reads.
+    """Reads a robot's file and makes of it a description that Drake reads.
 
     Args:
         file: the description.
         packages: folders of packages by name.
-        geometry: what is done with its shapes, see `load_robot`.
+        geometry: how to treat its shapes, see `load_robot`.
         cache: folder for converted meshes; the user's by default.
 
     Raises:
@@ -85,7 +85,7 @@ def prepare(
 
 
 def _give_inertias(description: Description, links: Collection[str]) -> None:
-    """Writes down the inertias that links have by their shapes."""
+    """Writes the inertias that follow from the links' shapes into the description."""
     if not links:
         return
     plant, scene_graph = trial_plant()

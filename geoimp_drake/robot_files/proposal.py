@@ -1,4 +1,4 @@
-"""Where an arm may start, how compliant it may be and what it may do at first, by its own mass."""
+"""Proposes a start posture, an impedance and a first motion that suit an arm's own mass."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -29,26 +29,26 @@ from geoimp_drake.typing import Array
 
 __all__ = ["Proposal", "apparent_inertia", "propose", "propose_impedance"]
 
-# Of the impedance: its frequency ω [rad/s], which turns by so much in a sample at most, and ζ.
+# Of the impedance: its frequency ω [rad/s], the largest ω times a sample [rad], and ζ.
 _FREQUENCY, _ANGLE_PER_SAMPLE, _DAMPING_RATIO = 20.0, 0.02, 2.5
-# The hand resists a turn about E at least as it resists the shift of a point so far from E [m].
+# The hand resists a rotation about E at least as much as the shift of a point so far from E [m].
 _LEVER = 0.15
-# The hand's first move in parts of the arm's length, and what the first push does [m].
+# The hand's first move as a fraction of the arm's length, and the deflection by the first push [m].
 _MOVE, _PUSHED = 0.1, 0.02
-# Of what gravity leaves of the actuators' limits, the first push takes this part at most.
+# The first push takes at most this share of the effort that gravity leaves.
 _SHARE_OF_EFFORT = 0.25
-# So many start postures are looked at.
+# The number of start postures that are checked.
 _POSTURES = 100
 _DIGITS = 3
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """What an arm may begin with.
+    """A proposal for an arm's first run.
 
     Attributes:
         posture: joint positions (n) in the control model's order [rad or m].
-        impedance: that suits the arm's mass.
+        impedance: one that suits the arm's mass.
         displacement: of the hand's first move, in W (3) [m]; zero if there is none.
         push: a force (3) on the hand, in W, downward [N].
     """
@@ -66,7 +66,7 @@ def propose(
     scene_graph: SceneGraph | None = None,
     period: float = 1e-3,
 ) -> Proposal:
-    """Returns what an arm may begin with; its default positions become the posture's.
+    """Returns a proposal for an arm's first run; sets the arm's default positions to its posture.
 
     Args:
         plant: finalized.
@@ -77,7 +77,7 @@ def propose(
 
     Raises:
         ModelError: there is no such arm, as `ControlModel.of_arm`.
-        SingularityError: every posture that was found is singular.
+        SingularityError: every posture found is singular.
     """
     model = ControlModel.of_arm(plant, arm, end_effector_frame)
 
@@ -99,7 +99,7 @@ def propose(
 
 
 def apparent_inertia(arm: ArmState) -> Array:
-    """Returns Λ = (J B⁻¹ Jᵀ)⁻¹ (6×6), what a wrench at E has to accelerate; [angular; linear]."""
+    """Returns Λ = (J B⁻¹ Jᵀ)⁻¹ (6×6), the inertia that a wrench at E feels; [angular; linear]."""
     J = arm.Jv_V_WE
     return np.linalg.inv(J @ np.linalg.solve(arm.B, J.T))
 
@@ -107,10 +107,10 @@ def apparent_inertia(arm: ArmState) -> Array:
 def propose_impedance(arm: ArmState, period: float = 1e-3) -> ImpedanceConfig:
     """Returns an impedance that suits an arm's mass, the same in all directions.
 
-    M_p is the smallest eigenvalue of Λ's translational block: the arm is never made to feel
-    lighter than it is. M_o is that of the rotational block, at least M_p (0.15 m)²: about its own
-    axis the last link alone would be too light to be held. D = 2ζω M and K = ω² M with ζ = 2.5 and
-    ω = 20 rad/s, or 0.02 rad in a sample if that is less: D/M is a tenth of what would bring a
+    M_p is the smallest eigenvalue of Λ's translational block, so the arm never feels lighter than
+    it is. M_o is that of the rotational block, but at least M_p (0.15 m)². About its own axis the
+    last link alone would be too light to be held. D = 2ζω M and K = ω² M with ζ = 2.5 and ω = 20
+    rad/s, or 0.02 rad in a sample if that is less. D/M is then a tenth of the value that brings a
     velocity to rest in one sample.
 
     Args:
@@ -130,7 +130,7 @@ def propose_impedance(arm: ArmState, period: float = 1e-3) -> ImpedanceConfig:
 
 
 def _fewest(postures: Iterable[Array], warnings_at: Callable[[Array], int]) -> Array:
-    """Returns the first posture without a warning, or else that with the fewest."""
+    """Returns the first posture without a warning, or else the one with the fewest."""
     found: list[tuple[int, Array]] = []
     for q in postures:
         found.append((warnings_at(q), q))
@@ -156,7 +156,7 @@ def _move(model: ControlModel, q: Array, start: ArmState) -> Array:
 
 
 def _length(model: ControlModel) -> float:
-    """Returns the length of the way through all joints to E [m]."""
+    """Returns the length of the path through all joints to E [m]."""
     context = model.plant.CreateDefaultContext()
     joints = [model.plant.GetJointByName(name).frame_on_parent() for name in model.joint_names]
     frames = [*joints, model.end_effector]
@@ -180,5 +180,5 @@ def _at_rest(model: ControlModel, q: Array) -> ArmState:
 
 
 def _rounded(value: float, digits: int = _DIGITS) -> float:
-    """Returns a number with so many digits that count."""
+    """Returns a number with so many significant digits."""
     return float(f"{value:.{digits}g}")

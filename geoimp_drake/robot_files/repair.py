@@ -1,4 +1,4 @@
-"""What published descriptions have and Drake's parser refuses, written so that it reads it."""
+"""Rewrites parts of published descriptions that Drake's parser refuses."""
 
 import xml.etree.ElementTree as ET
 from copy import deepcopy
@@ -11,12 +11,12 @@ __all__ = ["repair"]
 
 
 def repair(description: Description) -> None:
-    """Gives names where there are none, and to materials of one name each its own.
+    """Adds missing names, and gives each of several materials of one name its own.
 
     Floating bases are welded and planar joints become joints of one degree of freedom.
 
     Raises:
-        ConfigurationError: a joint floats that is none of the base, or an axis is no direction.
+        ConfigurationError: a joint other than the base's floats, or an axis is no direction.
     """
     _name_model(description)
     if description.format == "urdf":
@@ -37,10 +37,10 @@ def _name_model(description: Description) -> None:
 
 
 def _part_materials(root: ET.Element) -> None:
-    """Has each material of a URDF say where it is used how it looks.
+    """Writes the look of each material of a URDF to the places that use it.
 
-    A name may stand for several colours, and for one that is said further below; without any, the
-    shape has no material.
+    A name may stand for several colours, or for one that is defined further below. Without a
+    colour, the shape has no material.
     """
     looks: dict[str, list[ET.Element]] = {}
     for material in root.iter("material"):
@@ -65,7 +65,7 @@ def _part_materials(root: ET.Element) -> None:
 
 
 def _name_bodies(root: ET.Element) -> None:
-    """Gives bodies without a name that of Drake, which depends on what else is in a plant."""
+    """Gives bodies without a name the name that Drake would give, which depends on the plant."""
     names = {body.get("name") for body in root.iter("body")}
     for number, body in enumerate(root.iter("body"), start=1):
         if "name" not in body.attrib and (name := f"body{number}") not in names:
@@ -73,7 +73,7 @@ def _name_bodies(root: ET.Element) -> None:
 
 
 def _leave_out_zero_masses(description: Description) -> None:
-    """Has a body without mass say so by having no <inertial>, which Drake would abort on."""
+    """Removes the <inertial> of bodies without mass, on which Drake would abort."""
     for body in links(description):
         for inertial in body.findall("inertial"):
             if read_inertial(inertial, "xml")[0] == 0:
@@ -83,7 +83,7 @@ def _leave_out_zero_masses(description: Description) -> None:
 
 
 def _weld_free_bodies(description: Description) -> None:
-    """Has what is free in the world stand still; the robot's root is welded to its base pose."""
+    """Welds free bodies to the world; the robot's root gets its base pose later."""
     welded = []
     for world in description.root.findall("worldbody"):
         for body in world.findall("body"):

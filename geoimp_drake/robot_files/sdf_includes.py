@@ -1,4 +1,4 @@
-"""What an SDF's models <include>, put into their place: a description in memory has no folder."""
+"""Replaces an SDF's <include> elements by their models: a description in memory has no folder."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -16,15 +16,15 @@ _MANIFEST, _DEFAULT = "model.config", "model.sdf"
 def inline_models(root: ET.Element, file: Path, packages: Mapping[str, str | Path]) -> None:
     """Replaces every <include> of a model by that model.
 
-    One of `merge` becomes a model with that attribute, for whoever takes models apart.
+    With `merge`, it becomes a model with that attribute, which `flatten_models` reads.
 
     Args:
         root: of the SDF, changed in place.
-        file: it was read from.
+        file: the one that it was read from.
         packages: folders of packages by name.
 
     Raises:
-        ConfigurationError: an address leads nowhere, to no SDF, or back to where it stands.
+        ConfigurationError: an address leads nowhere, to no SDF, or back to its own file.
     """
     for model in list(root.iter("model")):
         _inline(model, packages, (file.resolve(),))
@@ -59,13 +59,13 @@ def _file_of(include: ET.Element, packages: Mapping[str, str | Path], file: Path
 
 
 def _named_by_manifest(manifest: Path) -> str:
-    """Returns the file that a model's folder says it is in, the newest that it lists last."""
+    """Returns the model file that a folder's manifest names; of several, the last and newest."""
     listed = read_xml(manifest).findall("sdf") if manifest.is_file() else []
     return (listed[-1].text or _DEFAULT).strip() if listed else _DEFAULT
 
 
 def _model_of(include: ET.Element, file: Path) -> ET.Element:
-    """Returns the model of a file, with the name and the pose that it gets where it is included."""
+    """Returns the model of a file, with the name and the pose that the <include> gives it."""
     model = read_xml(file).find("model")
     if model is None:
         raise ConfigurationError(

@@ -1,8 +1,8 @@
-"""An SDF's models within models as one, which is what an arm's joints and ports belong to.
+"""Merges an SDF's nested models into one, to which an arm's joints and ports belong.
 
 Drake gives every nested model an instance of its own. Here a nested model becomes a frame M of the
-model around it, and what it holds stands there, posed in M. Names stay where they are unique and
-else get that of their model before them.
+model around it. Its contents move there, with their poses in M. Names that are unique stay; others
+get the name of their model as prefix.
 """
 
 import xml.etree.ElementTree as ET
@@ -19,7 +19,7 @@ _NAMED = ("link", "joint", "frame")
 _SCOPE = "::"
 _OWN = "__model__"
 _TRUE = ("true", "1")
-# Attributes, and elements by their text, that name a frame, link or joint.
+# Attributes, and elements whose text, name a frame, link or joint.
 _REFERENCES = ("relative_to", "attached_to", "expressed_in", "joint")
 _REFERRING = (
     *("parent", "child", "gearbox_reference_body", "drake:parent", "drake:child"),
@@ -29,7 +29,7 @@ _Scope = tuple[str, ...]
 
 
 def flatten_models(description: Description) -> None:
-    """Puts nested models into the one around them; `aliases` then has their names as SDF has them.
+    """Merges nested models into the one around them; `aliases` then has their names as in SDF.
 
     Raises:
         ConfigurationError: a nested model is placed by one of its frames, which is not supported.
@@ -39,7 +39,7 @@ def flatten_models(description: Description) -> None:
         if nested:
             flattener = _Flattener(top)
             flattener.flatten(top, (), _OWN)
-            # Older ones cannot say in what a pose is given.
+            # Older versions cannot name the frame in which a pose is given.
             version = description.root.get("version", "")
             description.root.set("version", max(version, "1.9", key=_version))
             description.aliases |= flattener.names
@@ -48,10 +48,10 @@ def flatten_models(description: Description) -> None:
 
 
 class _Flattener:
-    """Takes apart the models in one.
+    """Takes apart the models nested in another.
 
     Args:
-        top: that one.
+        top: that other model.
 
     Attributes:
         names: of links, joints, frames and models, from SDF's own with scopes to the unique ones.
@@ -67,11 +67,11 @@ class _Flattener:
             self.names[_SCOPE.join(name)] = name[-1] if unique else "_".join(name)
 
     def flatten(self, model: ET.Element, scope: _Scope, own: str) -> None:
-        """Puts what a model holds into the top, with references as they are from there.
+        """Moves a model's contents into the top, with references as seen from there.
 
         Args:
             model: the top or a nested one.
-            scope: models around what it holds.
+            scope: the models around its contents.
             own: name of its frame in the top.
         """
         for child in list(model):
@@ -85,7 +85,7 @@ class _Flattener:
                     self._move(child, scope, own)
 
     def _open(self, model: ET.Element, scope: _Scope, around: str) -> None:
-        """Makes a frame of a nested model and takes the model apart."""
+        """Replaces a nested model by a frame and takes it apart."""
         if "placement_frame" in model.attrib:
             raise ConfigurationError(
                 f"{place_of(model)}: model {model.get('name')!r} is placed by its frame "
@@ -126,7 +126,7 @@ class _Flattener:
         self._top.append(element)
 
     def _resolved(self, name: str, scope: _Scope, own: str) -> str:
-        """Returns the name in the top model of what a name means within a scope."""
+        """Returns the name in the top model for a name within a scope."""
         *path, last = name.split(_SCOPE)
         if last == _OWN:
             return self.names.get(_SCOPE.join((*scope, *path)), name) if path else own
@@ -138,7 +138,7 @@ def _version(text: str) -> list[int]:
 
 
 def _scoped(model: ET.Element, scope: _Scope) -> Iterator[tuple[_Scope, ET.Element]]:
-    """Yields what has a name in a model, and in those nested in it, with scopes."""
+    """Yields the named elements of a model and of those nested in it, with scopes."""
     for child in model:
         if child.tag in _NAMED:
             yield _name_of(child, scope), child
@@ -152,5 +152,5 @@ def _name_of(element: ET.Element, scope: _Scope) -> _Scope:
 
 
 def _scope_of(model: ET.Element, scope: _Scope) -> _Scope:
-    """Returns the scope of what is in a model; one that is merged adds none."""
+    """Returns the scope of a model's contents; a merged model adds none."""
     return scope if "merge" in model.attrib else _name_of(model, scope)

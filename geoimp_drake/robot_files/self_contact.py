@@ -1,4 +1,4 @@
-"""Which links of arms touch each other, by the shapes that the simulation has."""
+"""Finds the links of arms that touch each other, by the shapes that the simulation uses."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -15,21 +15,21 @@ from geoimp_drake.typing import Array
 
 __all__ = ["POSTURES", "Contacts", "SelfContact"]
 
-# Contact that is there in so many random postures is no matter of the posture.
+# Contact in all of so many random postures does not depend on the posture.
 POSTURES = 50
-# Joints without limits, and those of many turns, are moved within this [rad or m].
+# Joints without limits, and those of many turns, are moved within ± this [rad or m].
 _WIDEST = np.pi
-# Shapes that meet to rounding do not push [m].
+# Shapes that meet to within rounding do not push [m].
 _LEAST_DEPTH = 1e-6
 
-# Names of two links, and how deep their shapes are in each other [m].
+# The penetration depth of two links' shapes by the links' names [m].
 Contacts = dict[tuple[str, str], float]
 
 
 class SelfContact:
-    """Asks a scene graph which links touch, without the diagram that it may be part of.
+    """Asks a scene graph which links touch, without the diagram of which it may be part.
 
-    Contact with anything but the arms and what they carry is not looked for.
+    It checks contact among the arms and what they carry, with nothing else.
 
     Args:
         plant: finalized.
@@ -37,7 +37,7 @@ class SelfContact:
         arms: model instances.
 
     Attributes:
-        problem: why Drake does not know, empty if it does.
+        problem: why Drake cannot tell, empty if it can.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class SelfContact:
         query = self._output.Eval(self._context)
         try:
             contacts = query.ComputePointPairPenetration()
-        except RuntimeError as error:  # Drake knows no contact between some kinds of shape.
+        except RuntimeError as error:  # Drake cannot compute contact between some kinds of shapes.
             self.problem = one_line(error)
             return {}
         deepest: Contacts = {}
@@ -75,7 +75,7 @@ class SelfContact:
 
     @cached_property
     def always(self) -> Contacts:
-        """Those that touch in every one of `POSTURES` random postures, and their least depth."""
+        """Links that touch in every one of `POSTURES` random postures, and their least depth."""
         low = np.maximum(self._plant.GetPositionLowerLimits(), -_WIDEST)
         high = np.maximum(low, np.minimum(self._plant.GetPositionUpperLimits(), _WIDEST))
         random, q = np.random.default_rng(0), self._plant.GetDefaultPositions()
@@ -95,7 +95,7 @@ class SelfContact:
 
 
 def _links(plant: MultibodyPlant, arms: Sequence[ModelInstanceIndex]) -> set[BodyIndex]:
-    """Returns the bodies of arms, and those that the arms carry, a tool of its own instance."""
+    """Returns the bodies of arms and those that they carry, such as a tool of another instance."""
     links: set[BodyIndex] = set()
     for arm in arms:
         joints = [j for j in plant.GetJointIndices(arm) if plant.get_joint(j).num_velocities()]

@@ -13,12 +13,12 @@ from geoimp_drake.reading import check_regular
 
 __all__ = ["Place", "lines_of", "place_of", "read_xml"]
 
-# A file with its meshes' numbers in it, which there are [bytes].
+# Some files contain the numbers of their meshes, and are this large [bytes].
 _LARGEST = 50_000_000
 _DECLARATION = re.compile(rb"<\?xml\s[^>]*\?>")
-# To the end of the file where nothing closes them: the next one is then not looked for again.
+# An unclosed one extends to the end of the file, so that the search ends there.
 _COMMENT = re.compile(rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL)
-# Elements within each other; what walks through them does so by recursion.
+# The deepest nesting of elements, since functions walk through them by recursion.
 _DEEPEST = 200
 
 
@@ -40,10 +40,10 @@ class _Element(ET.Element):
 
 
 def read_xml(file: Path) -> ET.Element:
-    """Reads a file; names keep their prefix, declared or not, since Drake knows its own by it.
+    """Reads a file; names keep their prefix, even if undeclared, since Drake knows its own by it.
 
     Raises:
-        ConfigurationError: it cannot be read, is too large, or is no XML (then with the line).
+        ConfigurationError: the file cannot be read, is too large, or is no XML (with the line).
     """
     open_elements: list[_Element] = []
 
@@ -76,12 +76,12 @@ def read_xml(file: Path) -> ET.Element:
 
 
 def _blank(declaration: re.Match[bytes]) -> bytes:
-    """Returns spaces for a declaration that does not begin the file, which Drake lets pass."""
+    """Returns spaces for a declaration that does not begin the file, which Drake tolerates."""
     return declaration[0] if declaration.start() == 0 else b" " * len(declaration[0])
 
 
 def _without_hyphens(comment: re.Match[bytes]) -> bytes:
-    """Returns a comment without hyphens in it; two of them are an error that Drake lets pass."""
+    """Returns a comment without hyphens; two in a row are an error that Drake tolerates."""
     begin, text, end = comment[0][:4], comment[0][4:-3], comment[0][-3:]
     if begin != b"<!--" or end != b"-->":
         return comment[0]

@@ -1,4 +1,4 @@
-"""What there is in a robot's file: its frames, its arms, and where their hands begin."""
+"""The contents of a robot's file: its frames, its arms, and where their hands begin."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -16,13 +16,13 @@ from geoimp_drake.robot_files.preparation import prepare
 
 __all__ = ["ArmInFile", "RobotSurvey", "survey_robot"]
 
-# Last words of an end effector's name, the usual first.
+# Last words of an end effector's name, the most usual first.
 _END_EFFECTORS = ("tool0", "tcp", "ee", "eef", "end_effector", "tool", "attachment", "flange")
 _SUFFIXES = ("_link", "_frame", "_site", "_point")
-# In the name of a joint, or of the link beyond it, that is a hand's; a wrist moves the gripper.
+# Words in the name of a hand's joint, or of the link beyond it; a wrist may move a "gripper".
 _OF_A_HAND = ("finger", "fngr", "jaw", "knuckle", "thumb")
 _GRIPPER = "gripper"
-# These are fingers where there are two of them; alone any of them may be part of an arm.
+# Two of these names mean fingers; one alone may belong to an arm.
 _FINGERS = frozenset(("index", "middle", "ring", "little", "pinky"))
 _OF_A_SENSOR = ("camera", "optical", "imu", "sensor")
 
@@ -32,8 +32,8 @@ class ArmInFile:
     """An arm: a chain of six or more moving joints.
 
     Attributes:
-        end_effector: the frame that is proposed.
-        others: further frames that six joints or more move, the nearest to the end first.
+        end_effector: the proposed frame.
+        others: further frames that six or more joints move, the nearest to the end first.
         joints: names, from the base to the end effector.
     """
 
@@ -44,10 +44,10 @@ class ArmInFile:
 
 @dataclass(frozen=True)
 class RobotSurvey:
-    """What there is in a robot's file.
+    """The contents of a robot's file.
 
     Attributes:
-        file: that was read.
+        file: the one that was read.
         arms: of six or more joints, the longest first.
         frames: names of all links, frames and sites.
     """
@@ -60,8 +60,8 @@ class RobotSurvey:
 def survey_robot(file: str | Path, packages: Mapping[str, Path] | None = None) -> RobotSurvey:
     """Returns the arms that a URDF, SDF or MJCF file describes.
 
-    An arm ends before its hand: before joints that are called a finger's or a gripper's, follow
-    others (mimic), or part into several chains of fewer than six joints.
+    An arm ends before its hand. A hand begins at joints that are named after fingers or grippers,
+    that follow others (mimic), or that branch into several chains of fewer than six joints.
 
     Args:
         file: the description; its meshes are not read.
@@ -69,7 +69,7 @@ def survey_robot(file: str | Path, packages: Mapping[str, Path] | None = None) -
 
     Raises:
         ConfigurationError: the file cannot be read.
-        ModelError: no six joints follow one another in it.
+        ModelError: it has no chain of six joints.
     """
     with silent(), drake_errors(ModelError, f"Drake cannot use {file}"):
         prepared = prepare(Path(file), packages or {}, "leave-out", None)
@@ -118,13 +118,14 @@ class _Tree:
             yield from map(self._arm, self._paths(root, ()))
 
     def longest(self) -> int:
-        """Returns how many of an arm's joints follow one another at most."""
+        """Returns the number of joints in the longest chain of an arm."""
         return max(map(self._reach, self._roots), default=0)
 
     def _paths(self, body: RigidBody, before: tuple[Joint, ...]) -> Iterator[tuple[Joint, ...]]:
         """Yields the moving joints of each arm that leads through a body."""
         enough, leaving = len(before) >= TASK_DIMENSION, self._leaving(body)
-        # Where there is an arm already, one chain goes on; of several only arms count, no fingers.
+        # A single chain continues the arm; where several begin, only those of an arm count, no
+        # fingers.
         least = 1 if len(leaving) == 1 else TASK_DIMENSION
         least = least if enough else TASK_DIMENSION - len(before)
         onward = [joint for joint in leaving if self._reach_by(joint) >= least]
@@ -134,15 +135,15 @@ class _Tree:
             yield before
 
     def _reach(self, body: RigidBody) -> int:
-        """Returns the most joints that follow one another beyond a body."""
+        """Returns the number of joints in the longest chain beyond a body."""
         return max(map(self._reach_by, self._leaving(body)), default=0)
 
     def _reach_by(self, joint: Joint) -> int:
-        """Returns the same with a joint as the first, none if it is a hand's."""
+        """Returns the same with a given joint as the first; zero if it is a hand's."""
         return 0 if joint.name() in self._hand else 1 + self._reach(joint.child_body())
 
     def _group(self, body: RigidBody) -> list[RigidBody]:
-        """Returns a body and what is welded to it outward, the outermost last."""
+        """Returns a body and those welded to it outward, the outermost last."""
         group = [body]
         for member in group:
             group += [
@@ -153,7 +154,7 @@ class _Tree:
         return group
 
     def _leaving(self, body: RigidBody) -> list[Joint]:
-        """Returns the moving joints between a body's group and what is beyond."""
+        """Returns the moving joints from a body's group outward."""
         return [
             joint
             for member in self._group(body)
@@ -172,7 +173,7 @@ class _Tree:
         return ArmInFile(best, tuple(others), tuple(joint.name() for joint in path))
 
     def _frames_on(self, body: RigidBody) -> list[str]:
-        """Returns the names of a body's frames that the file gives, its own first."""
+        """Returns the names in the file of a body's frames, its own first."""
         frames = [
             frame.name()
             for frame in map(self._plant.get_frame, self._plant.GetFrameIndices(self._instance))
@@ -194,7 +195,7 @@ def _fingers(joint: Joint) -> frozenset[str]:
 
 
 def _unlikeliness(name: str) -> int:
-    """Returns how far down a frame's name stands among those of end effectors."""
+    """Returns the rank of a frame's name among those of end effectors; the first is likeliest."""
     plain = name.lower()
     for suffix in _SUFFIXES:
         plain = plain.removesuffix(suffix)

@@ -1,4 +1,4 @@
-"""URDF's joints of several degrees of freedom, of which no arm of one actuator a joint is made."""
+"""URDF's joints of several degrees of freedom; an arm has one actuator for each joint."""
 
 import xml.etree.ElementTree as ET
 
@@ -12,12 +12,12 @@ from geoimp_drake.robot_files.turns import least_turn_from_z
 
 __all__ = ["decompose_planar_joints", "weld_floating_base"]
 
-# What a joint has and its parts would have in another unit.
+# Elements of a joint that its parts would have in another unit.
 _OF_ALL = ("limit", "dynamics", "mimic", "safety_controller", "calibration")
 
 
 def weld_floating_base(description: Description) -> None:
-    """Fixes the joint by which a robot's base floats in its root.
+    """Fixes the joint with which a robot's base floats in its root.
 
     Raises:
         ConfigurationError: something else floats.
@@ -43,7 +43,7 @@ def weld_floating_base(description: Description) -> None:
 
 
 def decompose_planar_joints(description: Description) -> None:
-    """Makes each planar joint two prismatic ones and one about the plane's normal.
+    """Replaces each planar joint by two prismatic ones and one about the plane's normal.
 
     The links between them have no mass. The first two are along the axes x and y that Drake gives
     to a planar joint, so that positions and their order stay.
