@@ -1,1 +1,1 @@
-"""What a controller will do, told before a run."""
+"""Predicts the behaviour of a controller before a run."""

@@ -1,4 +1,4 @@
-"""Gains along a wall's normal, and what the law's rollout says of them."""
+"""Gains along a wall's normal, and their behaviour in a rollout of the law."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,13 +16,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["GAINS", "ROBUSTNESS", "ContactModel", "Gains"]
 
-# By the chapter's letter: the key of the scenario, and the unit.
+# The key of the scenario and the unit, by the chapter's letter.
 GAINS = {"M": ("mass", "kg"), "D": ("damping", "Ns/m"), "K": ("stiffness", "N/m")}
 
-# What the predictor tells of a hand besides `contact_metrics`.
+# The predictor's result for a hand, besides `contact_metrics`.
 ROBUSTNESS = "largest_surface_stiffness"
 
-# Walls that a search looks at.
+# The number of walls that a search tries.
 _LOOKED_AT = 4
 
 # M, D, K along the wall's normal, by letter.
@@ -31,7 +31,7 @@ Gains = Mapping[str, float]
 
 @dataclass(frozen=True)
 class ContactModel:
-    """A hand that meets a wall, with other gains of translation.
+    """A hand that meets a wall, with gains of translation that can be varied.
 
     Attributes:
         loop: of one hand, with the gains as given, on the experiment's wall.
@@ -58,7 +58,7 @@ class ContactModel:
         return float(self.encounter.hands * (n @ self.loop.environment @ n))
 
     def with_gains(self, gains: Gains) -> SampledLoop:
-        """Returns the loop with gains whose axes and ratios are those of the given."""
+        """Returns the loop with other gains, whose axes and ratios are those of the given ones."""
         factor = {name: gains[name] / self.given[name] for name in gains}
         return replace(
             self.loop,
@@ -72,7 +72,7 @@ class ContactModel:
 
         Args:
             gains: along the normal.
-            wall: its stiffness, undamped [N/m]; None for the experiment's wall.
+            wall: stiffness of an undamped wall [N/m]; None for the experiment's wall.
         """
         loop, hands = self.with_gains(gains), self.encounter.hands
         if wall is not None and wall != self.wall:
@@ -89,7 +89,7 @@ class ContactModel:
     def quiet_up_to(self, gains: Gains, stiffest: float) -> float:
         """Returns the last of a few walls before one that rings, infinite if none does [N/m].
 
-        That is quicker than `largest_surface_stiffness`, and as fine as a search needs it.
+        This is quicker than `largest_surface_stiffness`, and fine enough for a search.
         """
         loop, hands = self.with_gains(gains), self.encounter.hands
         walls = np.geomspace(min(self.wall, stiffest), stiffest, _LOOKED_AT)
@@ -103,13 +103,13 @@ class ContactModel:
         return np.inf
 
     def largest_surface_stiffness(self, gains: Gains) -> float:
-        """Returns the stiffness from which on a wall rings [N/m], see `largest_stiffness`."""
+        """Returns the smallest stiffness at which a wall rings [N/m], see `largest_stiffness`."""
         loop, hands = self.with_gains(gains), self.encounter.hands
         return hands * largest_stiffness(loop, self.encounter.normal)
 
 
 def _scaled(gain: Array, factor: float) -> Array:
-    """Returns a gain (6×6) with that of translation scaled."""
+    """Returns a gain (6×6) with its translational part scaled."""
     scaled = gain.copy()
     scaled[TRANSLATION, TRANSLATION] *= factor
     return scaled

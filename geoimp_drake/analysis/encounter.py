@@ -1,4 +1,4 @@
-"""How D meets a wall, and what is told of the force then: of a run as of the law's rollout."""
+"""How D meets a wall, and metrics of the contact force, of a run or of a rollout of the law."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from geoimp_drake.typing import Array
 
 __all__ = ["METRICS", "Encounter", "contact_metrics"]
 
-# What `contact_metrics` tells, with units.
+# The metrics of `contact_metrics`, with units.
 METRICS = {"peak_force": "N", "steady_force": "N", "settling": "s"}
 
-# Of the force at rest, within which it counts as settled.
+# The force counts as settled within this fraction of the force at rest.
 _BAND = 0.02
-# D rests when it is slower [m/s].
+# D rests when it is slower than this [m/s].
 _REST = 1e-4
 
 
@@ -27,9 +27,9 @@ class Encounter:
     Attributes:
         times: of the steps (n) [s].
         motion: of D relative to the undeformed wall, positive behind it: position, velocity,
-            acceleration, a step a row (n, 3).
+            acceleration, one row per step (n, 3).
         normal: of the wall, [rotation; translation] in W (6), a unit vector.
-        hands: that press together.
+        hands: number of hands that press together.
     """
 
     times: Array
@@ -41,17 +41,17 @@ class Encounter:
     def of_depths(
         cls, times: Array, depths: Array, step: float, normal: Array, hands: int = 1
     ) -> "Encounter":
-        """Returns the encounter of depths (n) [m] at times (n) [s], read between them by a spline.
+        """Returns the encounter of depths (n) [m] at times (n) [s], which a spline interpolates.
 
         Args:
             times: of a log.
             depths: of D behind the undeformed wall.
             step: of the plant [s].
             normal: of the wall (3), in W.
-            hands: that press together.
+            hands: number of hands that press together.
 
         Raises:
-            ConfigurationError: D comes to no wall, or does not rest behind it at the end.
+            ConfigurationError: D reaches no wall, or does not rest behind it at the end.
         """
         path = PiecewisePolynomial.CubicWithContinuousSecondDerivatives(times, depths[None])
         every = np.arange(0.0, times[-1], step)
@@ -68,7 +68,7 @@ class Encounter:
 
     @property
     def touch(self) -> float:
-        """The time at which D is in the wall for good [s]."""
+        """The time from which D stays in the wall [s]."""
         return self._last(self.motion[:, 0] <= 0.0)
 
     @property
@@ -83,8 +83,8 @@ class Encounter:
 def contact_metrics(times: Array, force: Array, touch: float) -> dict[str, float]:
     """Returns `peak_force` and `steady_force` [N], and `settling` [s].
 
-    Settling is the time from when D is in the wall until the force stays within 2 % of its mean
-    over the last second; infinite if it does not.
+    Settling is the time from the instant when D is in the wall until the force stays within 2 % of
+    its mean over the last second. It is infinite if the force does not settle.
 
     Args:
         times: of the samples (n) [s].

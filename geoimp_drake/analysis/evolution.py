@@ -25,25 +25,25 @@ def minimize(
     sigma: float,
     population: int | None = None,
 ) -> None:
-    """Lets CMA-ES look for the least of a function; what it finds, `evaluate` has seen.
+    """Lets CMA-ES search the minimum of a function; `evaluate` sees all that it finds.
 
     Args:
-        evaluate: returns the values at some places, each of (n,) in the unit cube.
-        start: place to begin with (n,).
+        evaluate: returns the values at some points, each (n,), in the unit cube.
+        start: point to begin with (n,).
         seed: of the draws.
-        evaluations: how many places, up to a whole generation.
+        evaluations: number of points, rounded up to a whole generation.
         sigma: standard deviation of the first draws.
-        population: places of a generation; cma's own choice if it is not given.
+        population: points of a generation; by default cma's own choice.
     """
     import cma  # an extra: imported only where it is used
 
     generator = np.random.default_rng(seed)
-    # cma does not search along one axis: then a second one changes nothing.
+    # cma does not search along a single axis; a second one is added, which changes nothing.
     places = np.resize(np.append(start, 0.5), max(2, len(start)))
     options = {
         "bounds": [0.0, 1.0],
         "randn": lambda *shape: generator.standard_normal(shape),
-        "seed": np.nan,  # the draws are ours, and those of NumPy's are left alone
+        "seed": np.nan,  # the draws are ours, and NumPy's are left alone
         "maxfevals": evaluations - 1,  # cma goes on until there are more
         "tolx": 1e-4,
         "verbose": -9,

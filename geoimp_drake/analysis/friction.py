@@ -1,4 +1,4 @@
-"""Friction of each joint, from a motion that was logged."""
+"""Friction of each joint, from a logged motion."""
 
 from dataclasses import dataclass
 
@@ -13,22 +13,22 @@ from geoimp_drake.typing import Array
 
 __all__ = ["JointFriction", "friction_from_log"]
 
-# Rows over which momentum and torques are balanced, and velocity below which a joint may stick.
+# Rows over which momentum and torques are balanced; velocity below which a joint may stick.
 _WINDOW, _SLOW = 5, 0.02  # [rad/s, m/s]
 
-# A number whose interval is wider than half of it is none.
+# A number does not count if its interval is wider than half of it.
 _WIDEST = 0.5
 
 
 @dataclass(frozen=True)
 class JointFriction:
-    """What a log shows of one joint.
+    """The friction of one joint that a log shows.
 
     Attributes:
         name: of the joint.
-        coulomb: [Nm, N]; None where the motion does not show it.
-        viscous: beyond what the model has [Nms/rad, Ns/m]; None as well.
-        half_widths: of their 95 % intervals, infinite where nothing is seen.
+        coulomb: Coulomb friction [Nm, N]; None where the motion does not show it.
+        viscous: viscous friction beyond the model's [Nms/rad, Ns/m]; None in the same case.
+        half_widths: of their 95 % intervals; infinite where the motion shows nothing.
     """
 
     name: str
@@ -42,17 +42,17 @@ def friction_from_log(
 ) -> tuple[JointFriction, ...]:
     """(R.4) Returns Coulomb and viscous friction of each joint, beyond the model's.
 
-    While a joint moves one way, what its momentum gains is the torque's work less friction:
+    While a joint moves in one direction, its momentum gains the torques' impulse less friction:
 
         Δp = ∫ (τ + Ḃq̇ − Cq̇ − Fq̇ − g − Jᵀh) dt − F_c ∫ sgn q̇ dt − F_v ∫ q̇ dt − b Δt
 
-    linear in F_c, F_v and a bias b, which takes what is wrong with the weight. Joints have to move
-    both ways, at several speeds.
+    This is linear in F_c, F_v and a bias b, which takes up an error of the weight. Joints have to
+    move in both directions, at several speeds.
 
     Args:
-        log: of a run or a drive, by its keys.
-        arm: whose.
-        model: the arm; without weight if the robot itself held that.
+        log: arrays of a run or a drive, by key.
+        arm: the arm's name in the log.
+        model: the arm; without weight if the robot itself held it.
 
     Raises:
         ConfigurationError: the log is not of this arm, or too short.
@@ -102,6 +102,6 @@ def _means(t: Array, values: Array) -> Array:
 
 
 def _gains(t: Array, values: Array) -> Array:
-    """Returns how much values gain over windows of rows, per time."""
+    """Returns the increase of values over windows of rows, per time."""
     gained: Array = (values[_WINDOW:] - values[:-_WINDOW]) / (t[_WINDOW:] - t[:-_WINDOW])[:, None]
     return gained

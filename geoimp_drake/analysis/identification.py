@@ -1,8 +1,8 @@
 """The impedance that a log shows: M, D and K by least squares, each with its confidence.
 
-The laws (3.1) and those of the orientation families are linear in their gains, so that one linear
-regression of the logged wrench on the logged motion finds them. On C it tells whether the
-controller computed what was asked; on E, whether the arm does it.
+The laws (3.1) and those of the orientation families are linear in their gains. So one linear
+regression of the logged wrench on the logged motion finds the gains. On C it tells whether the
+controller computed what was asked for; on E, whether the arm does it.
 """
 
 from collections.abc import Mapping
@@ -33,26 +33,26 @@ __all__ = ["FRAMES", "Estimate", "Reading", "identify", "moving"]
 FRAMES = ("C", "E")
 GAINS = ("mass", "damping", "stiffness")
 
-# A number whose interval is wider than half of it is none.
+# A number does not count if its interval is wider than half of it.
 _WIDEST = 0.5
-# Of the Hann window that takes the same from motion and wrench of E [s].
+# Length of the Hann window that filters motion and wrench of E alike [s].
 _WINDOW = 0.2
-# As many blocks as the shortest log has to have.
+# The least number of blocks in a log.
 _BLOCKS = 3
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One gain along one axis: the asked-for and the found value.
+    """One gain along one axis: the configured and the identified value.
 
     Attributes:
         part: translation or rotation.
         gain: mass, damping or stiffness.
         axis: x, y or z, or the number of a principal axis of a gain that is not diagonal.
         direction: the axis as a unit vector (3,), in the axes of the gain.
-        asked: in SI units.
-        found: the same; None where the motion does not excite it enough.
-        half_width: of the 95 % interval about the found value, infinite if nothing is excited.
+        asked: the configured value, in SI units.
+        found: the identified value; None where the motion does not excite it enough.
+        half_width: of the 95 % interval about that value; infinite if nothing is excited.
     """
 
     part: str
@@ -71,15 +71,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Reading:
-    """What a log shows of one part of the impedance.
+    """One part of the impedance as a log shows it.
 
     Attributes:
         part: translation or rotation.
-        frame: C or E, whose motion was read.
+        frame: C or E, the one whose motion was used.
         estimates: of mass, damping and stiffness along three axes each.
-        condition: of the regression with columns of length 1; large where gains cannot be told
-            from each other, infinite where one is not excited at all.
-        misfit: what is left of the wrench, relative to it (rms).
+        condition: of the regression with columns of length 1. It is large where gains cannot be
+            told from each other, and infinite where one is not excited at all.
+        misfit: the unexplained part of the wrench, relative to the wrench (rms).
     """
 
     part: str
@@ -90,7 +90,7 @@ class Reading:
 
     @property
     def mean_error(self) -> float | None:
-        """The mean size of the relative errors of what is found; None if nothing is."""
+        """The mean size of the relative errors of all identified gains; None if there are none."""
         errors = [abs(e.error) for e in self.estimates if e.error is not None]
         return float(np.mean(errors)) if errors else None
 
@@ -98,15 +98,15 @@ class Reading:
 def identify(
     log: Mapping[str, Array], impedance: ImpedanceConfig, hand: str = "six", frame: str = "C"
 ) -> list[Reading]:
-    """Returns what a log shows of the translation and of the rotation, where they are compliant.
+    """Returns the impedance that a log shows, in translation and rotation where it is compliant.
 
-    Each gain is taken to have the axes that it was asked to have, which leaves three numbers. On E
-    accelerations are differences, and motion and wrench go through the same window of 0.2 s.
+    Each gain is assumed to have its configured axes, which leaves three numbers. On E accelerations
+    are differences, and motion and wrench pass through the same window of 0.2 s.
 
     Args:
         log: of a run, with `hand`'s motion_D, motion_C or motion_E, and wrench.
-        impedance: what was asked for: the family, the axes and the values to compare with.
-        hand: `six` or `seven`; `object` for what two arms hold.
+        impedance: the configured one: its family, axes, and values for comparison.
+        hand: `six` or `seven`; `object` for the object that two arms hold.
         frame: C or E.
 
     Raises:
@@ -137,10 +137,10 @@ def identify(
 
 
 def moving(log: Mapping[str, Array]) -> list[str]:
-    """Returns whose impedance a log has: the names before motion_D.
+    """Returns the bodies whose impedance a log has: the names before motion_D.
 
     Raises:
-        ConfigurationError: there is none.
+        ConfigurationError: there are none.
     """
     hands = [key.removesuffix("/motion_D") for key in log if key.endswith("/motion_D")]
     if not hands:
@@ -178,7 +178,7 @@ def _hann(t: Array) -> Array:
 
 
 def _smoothed(window: Array, columns: Array, load: Array) -> tuple[Array, Array]:
-    """Returns regressors (n, 3, 9) and load (n, 3) behind the same window."""
+    """Returns regressors (n, 3, 9) and load (n, 3), filtered by the same window."""
     both = np.concatenate((columns, load[:, :, None]), axis=2).reshape(len(load), -1)
     slow = np.stack([np.convolve(signal, window, "valid") for signal in both.T], axis=1)
     behind = slow.reshape(len(slow), 3, -1)
@@ -195,7 +195,7 @@ def _directions(gain: Array) -> tuple[Array, list[str]]:
 def _along(gain: Array, signal: Array, axes: Array | None = None) -> Array:
     """Returns u uᵀ times a signal (n, 3), for each principal axis u: columns (n, 3, 3).
 
-    `axes` (n, 3, 3) are those in which the gain is given, W's if there are none.
+    `axes` (n, 3, 3) are those in which the gain is given; W's by default.
     """
     U, _ = _directions(gain)
     turned = U[None] if axes is None else axes @ U
@@ -237,7 +237,7 @@ def _rotation(impedance: ImpedanceConfig, D: Array, X: Array, h: Array) -> tuple
 def _dual_acceleration(free: OrientationImpedance, d: Array, x: Array) -> Array:
     """Returns the derivative of the family's dual velocity (3,) [rad/s²].
 
-    With M_o = I, and neither damping nor stiffness, the generalized moment is that derivative; the
+    With M_o = I, without damping and stiffness, the generalized moment is that derivative; the
     family's law is affine in the moment.
     """
     state = (
@@ -256,7 +256,7 @@ def _dual_acceleration(free: OrientationImpedance, d: Array, x: Array) -> Array:
 
 
 def _without_coupling(D: Array, X: Array, h: Array, impedance: ImpedanceConfig) -> Array:
-    """Returns the wrench without the part of a coupling K_c, which is taken as asked for."""
+    """Returns the wrench without the part of a coupling K_c, which is assumed as configured."""
     if impedance.coupling is None:
         return h
     K_p, K_c = impedance.gains("translation")[2], impedance.coupling

@@ -10,7 +10,8 @@ __all__ = ["BLOCK", "fitted"]
 BLOCK = 20
 # Half the width of a 95 % interval in standard errors.
 _STUDENT = 2.0
-# A value counts as seen above the first; no norm is smaller than the second.
+# A direction counts as excited if its singular value is above the first; no norm is below the
+# second.
 _SINGULAR, _NOTHING = 1e-9, 1e-150
 
 
@@ -22,9 +23,9 @@ def fitted(columns: Array, load: Array) -> tuple[Array, Array, float, float]:
         load: of each sample (n, 3).
 
     Returns:
-        The values (m,); half the width of their 95 % intervals (m,), infinite where the load says
-        nothing of a value; the condition with columns of length 1, infinite if there is such a
-        value; the misfit, the norm of what is left over that of the load.
+        The values (m,). Half the width of their 95 % intervals (m,), infinite where the load tells
+        nothing about a value. The condition with columns of length 1, infinite if there is such a
+        value. The misfit: the norm of the residual divided by that of the load.
     """
     A, b = columns.reshape(-1, columns.shape[2]), load.reshape(-1)
     lengths = np.linalg.norm(A, axis=0)
@@ -37,7 +38,7 @@ def fitted(columns: Array, load: Array) -> tuple[Array, Array, float, float]:
     values = inverse @ ((A / scale).T @ b)
     residual = b - (A / scale) @ values
     deviation = np.sqrt(np.diag(inverse) * _variance(columns, residual.reshape(load.shape)))
-    # A value that a blind direction has a share in is anything.
+    # A value with a share in a blind direction is undetermined.
     blind = ~excited | (np.square(Vt[~seen]).sum(axis=0) > _SINGULAR)
     half_widths = np.where(blind, np.inf, _STUDENT * deviation / scale)
     condition = float(s[0] / s[-1]) if np.all(seen) else float("inf")
@@ -46,10 +47,10 @@ def fitted(columns: Array, load: Array) -> tuple[Array, Array, float, float]:
 
 
 def _variance(columns: Array, residual: Array) -> Array:
-    """Returns of each column the variance of its value times the column's squared length.
+    """Returns, for each column, the variance of its value times the column's squared length.
 
-    Residuals of neighbouring samples are alike, and the largest come with one impact. So the
-    number of independent ones is that of the blocks of time among which their energy is shared.
+    Residuals of neighbouring samples are alike, and the largest come with one impact. So the number
+    of independent residuals is that of the blocks of time that share their energy.
     """
     lengths = np.linalg.norm(columns, axis=1, keepdims=True)
     along = np.einsum("nij,ni->nj", columns / np.maximum(lengths, _NOTHING), residual)

@@ -1,4 +1,4 @@
-"""The linear system that a closed loop is near a state, by AutoDiff through plant and blocks."""
+"""Linearizes a closed loop about a state, by AutoDiff through plant and blocks."""
 
 from collections.abc import Iterator
 
@@ -22,8 +22,8 @@ def linearize(
 ) -> LinearSystem:
     """Returns A, B, C, D of ẋ = f(x, u), y = h(x, u) about a context.
 
-    Drake's own `Linearize` refuses systems that have discrete state beside the continuous one, as
-    blocks have for what they remember from step to step. Here that is held as it is.
+    Drake's own `Linearize` refuses systems that have discrete state beside the continuous one.
+    Blocks have such state for their memory from step to step. Here it is held constant.
 
     Args:
         system: a continuous diagram or system, of blocks and of Drake's own.
@@ -32,7 +32,8 @@ def linearize(
         output_port: y, of vectors; none by default.
 
     Raises:
-        ConversionError: something in it samples, is discrete or hydroelastic, or is float only.
+        ConversionError: a part of it samples, is discrete or hydroelastic, or exists for float
+            only.
     """
     for part in _leaves(system):
         _check(part)

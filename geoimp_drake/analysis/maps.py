@@ -1,4 +1,4 @@
-"""Maps of what rings: over mass and damping, and over damping and the wall."""
+"""Maps of ringing: over mass and damping, and over damping and the wall."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,12 +22,12 @@ __all__ = ["damping_ratio", "ringing_figure"]
 _FINENESS = 15
 _FACTORS = np.geomspace(0.02, 20.0, _FINENESS)
 _WALLS = np.geomspace(1e2, 1e7, _FINENESS)
-# Damping ratios between which shades change; below zero it rings.
+# Damping ratios at which shades change; below zero the hand rings.
 _LEVELS = (-1.0, 0.0, 0.1, 0.3, 0.7, 1.01)
 
 
 def ringing_figure(loop: SampledLoop, analysis: Analysis, title: str) -> Figure:
-    """Returns a figure of two maps along the first direction, the gains as given marked in each.
+    """Returns a figure of two maps along the first direction, with the given gains marked in each.
 
     Args:
         loop: of a hand.
@@ -80,7 +80,7 @@ def ringing_figure(loop: SampledLoop, analysis: Analysis, title: str) -> Figure:
 
 
 def damping_ratio(loop: SampledLoop) -> float:
-    """Returns that of what oscillates longest, one if nothing does; below zero the hand rings."""
+    """Returns the damping ratio of the longest oscillation, one for none; below zero it rings."""
     modes = modes_of(least_stable(loop).poles())
     return next((mode.damping_ratio for mode in modes if mode.ringing > 0.0), 1.0)
 
@@ -88,7 +88,7 @@ def damping_ratio(loop: SampledLoop) -> float:
 def _draw(
     axes: Axes, ratio: Callable[[float, float], float], x: Array, x_unit: float, d_unit: float
 ) -> ContourSet:
-    """Draws one map; returns what a colour bar needs."""
+    """Draws one map; returns the artist for a colour bar."""
     values = [[ratio(a, d) for a in x] for d in _FACTORS]
     drawn = axes.contourf(
         x * x_unit, _FACTORS * d_unit, np.clip(values, -0.99, 1.0), levels=_LEVELS, cmap="cividis"

@@ -1,4 +1,4 @@
-"""What cannot be improved in one objective without losing in another."""
+"""Pareto fronts: candidates that no other one beats in every objective."""
 
 from collections.abc import Iterator
 
@@ -11,15 +11,15 @@ __all__ = ["balance", "explored", "front_of"]
 
 # Searches between the ends of a front.
 _BETWEEN = 5
-# Of the objectives that a mixture is not of.
+# Weight of the objectives that do not belong to a mixture.
 _SLIGHT = 1e-3
 
 
 def explored(tuning: Tuning, evaluations: int) -> list[Candidate]:
-    """Returns all that was tried for each objective alone, and for mixtures of neighbours.
+    """Returns all candidates tried for each objective alone, and for mixtures of neighbours.
 
-    A mixture is the larger of the weighted shares of the way from the best to the worst of what was
-    best for one objective each.
+    The searches for single objectives give a best and a worst value of each objective. A mixture is
+    the larger of the weighted shares of the way from best to worst.
 
     Args:
         tuning: with one objective or more.
@@ -35,7 +35,7 @@ def explored(tuning: Tuning, evaluations: int) -> list[Candidate]:
 
 
 def front_of(tried: list[Candidate]) -> list[Candidate]:
-    """Returns those that keep the constraints and that no other beats, by the first objective."""
+    """Returns candidates that keep the constraints and are not beaten, by the first objective."""
     front: list[Candidate] = []
     for candidate in sorted((c for c in tried if not c.broken), key=lambda c: c.values):
         if not any(np.all(np.less_equal(other.values, candidate.values)) for other in front):
@@ -44,9 +44,9 @@ def front_of(tried: list[Candidate]) -> list[Candidate]:
 
 
 def balance(front: list[Candidate]) -> Objective:
-    """Returns how far values are from the best of each objective on a front, the worst of all.
+    """Returns the largest distance of values from the best of each objective on a front.
 
-    Of one objective, that is a share of the best.
+    With one objective, that is a share of the best.
     """
     ends = np.array([candidate.values for candidate in front])
     if ends.shape[1] == 1:

@@ -1,4 +1,4 @@
-"""What is said of a controller before it runs: its modes, and on which walls it rings."""
+"""The analysis of a controller before it runs: its modes, and the walls on which it rings."""
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -23,26 +23,27 @@ __all__ = [
 ]
 
 ROTATION, TRANSLATION = slice(0, 3), slice(3, 6)
-# Of a wall that nothing is known of: a sheet of plexiglas.
+# Stiffness of an unknown wall: a sheet of plexiglas.
 WALL = {"rotation": 20.0, "translation": 1e4}  # [Nm/rad, N/m]
 _PARTS = {"rotation": ROTATION, "translation": TRANSLATION}
-# A surface that has less than this share of its stiffness along a direction is none there.
+# A surface with less than this share of its stiffness along a direction does not count there.
 _LEAST = 0.1
-# Modes of the sampled loop that are printed: the others are faster.
+# The number of modes of the sampled loop that are printed: the others are faster.
 _SHOWN = 8
 
 
 @dataclass(frozen=True)
 class Direction:
-    """What is said of one direction.
+    """The analysis along one direction.
 
     Attributes:
         vector: [rotation; translation] in W (6), a unit vector.
         unit: of its stiffness.
         wall: stiffness of the wall [N/m or Nm/rad].
-        largest_surface_stiffness: from which on a wall rings; infinite if none does.
+        largest_surface_stiffness: above it a wall rings; infinite if none does.
         damping: D along it [Ns/m or Nms/rad].
-        critical_damping: between which the hand does not ring on the wall; nan if it always does.
+        critical_damping: the range in which the hand does not ring on the wall; nan if there is
+            none.
     """
 
     vector: list[float]
@@ -59,11 +60,11 @@ class Analysis:
 
     Attributes:
         rings: whether the hand rings on the surface, or in free air if there is none.
-        growth: factor by which its largest motion grows in a second.
+        growth: factor by which its fastest-growing motion grows in a second.
         ringing_frequency: of the least stable mode that oscillates [Hz].
         impedance: modes of M, D, K.
-        inner_loop: those of K_P, K_D.
-        contact: those of the sampled loop, slowest first.
+        inner_loop: modes of K_P, K_D.
+        contact: modes of the sampled loop, slowest first.
         directions: along the principal axes of the stiffness, and the surface's normal.
     """
 
@@ -76,7 +77,7 @@ class Analysis:
     directions: dict[str, Direction]
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns it for JSON: what is infinite or undefined is null."""
+        """Returns it for JSON; infinite and undefined numbers become null."""
         by_direction = {name: asdict(value) for name, value in self.directions.items()}
         told = {
             "rings": self.rings,
@@ -124,7 +125,7 @@ class Analysis:
 
 
 def analyze(loop: SampledLoop) -> Analysis:
-    """Returns what is said of a loop, whose environment is the surface, zero for none."""
+    """Returns the analysis of a loop; its environment is the surface, zero for none."""
     worst = least_stable(loop)
     poles = worst.poles()
     oscillating = [mode for mode in modes_of(poles) if mode.ringing > 0.0]
@@ -174,7 +175,7 @@ def directions_of(loop: SampledLoop) -> dict[str, Array]:
 def ringing_warning(loop: SampledLoop) -> str:
     """Returns a line on a loop that rings on its surface alone, empty if it does not.
 
-    What also grows in free air is the sensor's, which is warned of when it is made.
+    Motion that grows in free air, too, comes from the sensor, which warns when it is made.
     """
     if not rings(loop) or rings(_free(loop)):
         return ""
@@ -212,14 +213,14 @@ def _free(loop: SampledLoop) -> SampledLoop:
 
 
 def _poles_of(M_inv: Array, D: Array, K: Array) -> Array:
-    """Returns the poles of what is compliant."""
+    """Returns the poles of the compliant directions."""
     moves = np.any(M_inv, axis=1)
     axes = np.ix_(moves, moves)
     return second_order_poles(M_inv[axes], D[axes], K[axes])
 
 
 def _distinct(modes: list[Mode]) -> list[Mode]:
-    """Returns modes without those that look like the one before."""
+    """Returns modes without those that equal the one before."""
     kept: list[Mode] = []
     for mode in modes:
         look = tuple(f"{value:.3g}" for value in asdict(mode).values())

@@ -1,6 +1,6 @@
-"""Metrics that others publish of compliant arms, of signals over time.
+"""Published metrics of compliant arms, from signals over time.
 
-Each takes samples over time, and says what it means by its name.
+Each takes samples over time, and defines what its name means.
 """
 
 import numpy as np
@@ -25,10 +25,10 @@ def root_mean_square(values: Array) -> float:
 
 
 def force_overshoot(times: Array, force: Array) -> float:
-    """Returns by how much the peak exceeds the force at rest, over that; 0 for none [-].
+    """Returns the excess of the peak over the force at rest, divided by that force; 0 for none [-].
 
-    At rest is the mean over the last second, as of `contact_metrics`. Where nothing presses then,
-    it is infinite.
+    The force at rest is the mean over the last second, as in `contact_metrics`. If that is zero,
+    the result is infinite.
 
     Args:
         times: of the samples (N) [s].
@@ -40,12 +40,12 @@ def force_overshoot(times: Array, force: Array) -> float:
 
 
 def time_above(times: Array, force: Array, limit: float) -> float:
-    """Returns how long a force is beyond a limit [s]; a sample tells of the time since the last.
+    """Returns how long a force exceeds a limit [s]; a sample stands for the time since the last.
 
     Args:
         times: of the samples (N) [s].
         force: its size (N) [N].
-        limit: that it has to exceed [N].
+        limit: the one to exceed [N].
     """
     return float(np.diff(times) @ (force[1:] > limit))
 
@@ -89,11 +89,11 @@ def ideal_response(
 
 
 def impedance_fidelity(power: Array, ideal: Array) -> float:
-    """Returns how far the power of a step response is off that of the impedance asked for [W].
+    """Returns the deviation of a step response's power from that of the configured impedance [W].
 
-    The root mean square of P − P*, as Dos Santos et al. compare powers in Leveraging
-    Port-Hamiltonian Theory for Impedance Control Benchmarking (2025): small is good, and what leaks
-    into other directions counts.
+    It is the root mean square of P − P*. Dos Santos et al. compare powers in this way in Leveraging
+    Port-Hamiltonian Theory for Impedance Control Benchmarking (2025). Small is good, and power that
+    leaks into other directions counts.
 
     Args:
         power: P, see `impedance_power` (N) [W].
@@ -105,7 +105,7 @@ def impedance_fidelity(power: Array, ideal: Array) -> float:
 def impedance_power(
     displacement: Array, velocity: Array, damping: Array, stiffness: Array
 ) -> Array:
-    """Returns −ẋᵀ(D ẋ + K x) over time (N) [W], what springs and dampers give to the arm.
+    """Returns −ẋᵀ(D ẋ + K x) over time (N) [W], the power of springs and dampers on the arm.
 
     Args:
         displacement: x from the equilibrium (N×3) [m].

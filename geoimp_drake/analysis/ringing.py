@@ -1,7 +1,7 @@
-"""Which surfaces and which dampings make a sampled loop ring, by the eigenvalues of its step.
+"""The surfaces and dampings that make a sampled loop ring, by the eigenvalues of its step.
 
-A wall is taken in two ways: as Drake's plants compute it, at the end of a step, and as it is, all
-through the step. Drake's hides ringing that a robot shows; what is said here holds for both.
+A wall is modelled in two ways. Drake's plants evaluate it at the end of a step; a real wall acts
+all through the step. Drake's way hides ringing that a robot shows. The results here hold for both.
 """
 
 from collections.abc import Callable, Iterable
@@ -23,18 +23,18 @@ __all__ = [
     "rings",
 ]
 
-# Beyond one: what rounding leaves of what neither grows nor decays.
+# Rounding may bring an eigenvalue of one this far above one.
 _TOLERANCE = 1e-7
-# Stiffnesses that are looked at, in N/m or Nm/rad, and how finely.
+# Stiffnesses that are tried, in N/m or Nm/rad.
 _STIFFNESSES = np.geomspace(1.0, 1e9, 19)
-# Dampings, as factors of the given.
+# Dampings that are tried, as factors of the given one.
 _FACTORS = np.geomspace(1e-3, 1e3, 25)
 _BISECTIONS = 12
 _LONGEST = 0.1  # delay; each sample of it is six states more [s]
 
 
 def on_wall(loop: SampledLoop, environment: Array) -> tuple[SampledLoop, SampledLoop]:
-    """Returns the loop in contact, with a wall as Drake's plants have it and as it is.
+    """Returns the loop in contact, with a wall as in Drake's plants and with a real one.
 
     Args:
         loop: of a hand.
@@ -61,7 +61,7 @@ def on_surface(loop: SampledLoop, stiffness: float) -> SampledLoop:
 
 
 def delayed(loop: SampledLoop, delay: float) -> SampledLoop:
-    """Returns a loop whose wrench comes later by a whole number of samples near a delay.
+    """Returns a loop whose wrench is late by a delay, rounded to a whole number of samples.
 
     Args:
         loop: of a hand.
@@ -77,19 +77,19 @@ def delayed(loop: SampledLoop, delay: float) -> SampledLoop:
 
 
 def rings(loop: SampledLoop) -> bool:
-    """Whether a motion in contact grows, with either kind of wall."""
+    """Returns whether a motion in contact grows, with either kind of wall."""
     return any(wall.growth() > 1.0 + _TOLERANCE for wall in on_wall(loop, loop.environment))
 
 
 def least_stable(loop: SampledLoop) -> SampledLoop:
-    """Returns the loop with the kind of wall whose motions grow faster."""
+    """Returns the loop with the kind of wall on which motions grow faster."""
     return max(on_wall(loop, loop.environment), key=lambda wall: wall.growth())
 
 
 def largest_stiffness(loop: SampledLoop, direction: Array) -> float:
-    """Returns the stiffness from which on a wall rings [N/m or Nm/rad]; infinite if none does.
+    """Returns the smallest stiffness at which a wall rings [N/m or Nm/rad]; infinite if none does.
 
-    A wall that damps rings later.
+    A wall with damping rings at a larger stiffness.
 
     Args:
         loop: of a hand.
@@ -101,14 +101,14 @@ def largest_stiffness(loop: SampledLoop, direction: Array) -> float:
 
 
 def critical_damping(loop: SampledLoop, part: slice, *, either: bool = True) -> tuple[float, float]:
-    """Returns the factors of a damping between which the loop does not ring.
+    """Returns the smallest and largest factor of a damping between which the loop does not ring.
 
-    They are nan if it rings with each that was tried.
+    They are nan if it rings with each factor that was tried.
 
     Args:
         loop: in contact.
         part: of the damping, rotation or translation.
-        either: whether neither kind of wall may ring, or the loop's own alone.
+        either: whether ringing on either kind of wall counts, or only on the loop's own.
     """
     at = _FACTORS[np.argmin(np.abs(np.log(_FACTORS)))]
 
@@ -128,7 +128,7 @@ def critical_damping(loop: SampledLoop, part: slice, *, either: bool = True) -> 
 
 
 def _first(fails: Callable[[float], bool], values: Iterable[float]) -> float:
-    """Returns where, on the way through values, something begins to fail; infinite if nowhere."""
+    """Returns the value of a sequence at which something begins to fail; infinite if none does."""
     before = None
     for value in values:
         if not fails(value):

@@ -1,4 +1,4 @@
-"""Gains that make a contact best within bounds and constraints, as the law's rollout has it."""
+"""Gains that make a contact best within bounds and constraints, by rollouts of the law."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from geoimp_drake.typing import Array
 
 __all__ = ["UNITS", "Candidate", "Constraint", "Objective", "Tuning", "best"]
 
-# Of all that a constraint can be put on.
+# Units of all metrics that a constraint can bound.
 UNITS = {**METRICS, ROBUSTNESS: "N/m"}
-# Above every objective: where constraints are broken, by how much is what counts.
+# Larger than every objective: if constraints are broken, only the amount counts.
 _BROKEN = 1e9
-# How much a bound counts as broken by a value that is infinite.
+# An infinite value counts as breaking a bound by this factor.
 _HOPELESS = 100.0
-# Of an objective, for which a gain is moved over its whole range.
+# The share of an objective that moving a gain over its whole range costs.
 _STAY = 0.02
-# Of the first draws, over the logarithmic range of a gain.
+# Standard deviation of the first draws, as a share of a gain's logarithmic range.
 _SIGMA = 0.25
 
-# Of the values of the objectives, a number of about one that is to be small.
+# From the values of the objectives to a number of about one, to be minimized.
 Objective = Callable[[tuple[float, ...]], float]
 
 
@@ -36,7 +36,7 @@ class Constraint:
     is_upper: bool = True
 
     def broken(self, value: float) -> float:
-        """Returns by how much of the bound it is broken, zero if it is kept."""
+        """Returns by which share of the bound it is broken; zero if it is kept."""
         excess = value - self.bound if self.is_upper else self.bound - value
         return float(np.clip(excess / abs(self.bound), 0.0, _HOPELESS))
 
@@ -52,7 +52,7 @@ class Candidate:
     Attributes:
         gains: along the normal, by letter.
         values: of the objectives, each the worst over the walls.
-        broken: by how much of their bounds constraints are broken, in all.
+        broken: the sum of the shares of their bounds by which constraints are broken.
         moved: squared distance from the given gains, in logarithmic ranges.
     """
 
@@ -62,9 +62,9 @@ class Candidate:
     moved: float
 
     def fitness(self, objective: Objective) -> float:
-        """Returns that of the objective, or beyond all of these what counts what is broken.
+        """Returns the objective's value, or a larger number if constraints are broken.
 
-        Of gains that are nearly as good, those near the given ones are better.
+        Of nearly equal gains, those nearer to the given ones are better.
         """
         if self.broken:
             return _BROKEN * (1.0 + self.broken)
@@ -78,12 +78,12 @@ def best(tried: Iterable[Candidate], objective: Objective) -> Candidate:
 
 @dataclass(frozen=True)
 class Tuning:
-    """What is to be made best.
+    """A problem of tuning.
 
     Attributes:
-        model: that says what gains do.
+        model: predicts the effect of gains.
         walls: stiffnesses of walls, the worst of which counts [N/m].
-        objectives: of METRICS.
+        objectives: names of METRICS.
         constraints: on these and on ROBUSTNESS.
         bounds: of each gain that varies, by letter.
         seed: of the search.
@@ -97,7 +97,7 @@ class Tuning:
     seed: int
 
     def search(self, objective: Objective, evaluations: int) -> list[Candidate]:
-        """Returns all that was tried on the model to make an objective small."""
+        """Returns all candidates that were tried on the model to minimize an objective."""
         tried: list[Candidate] = []
 
         def evaluate(places: Sequence[Array]) -> list[float]:
@@ -110,11 +110,11 @@ class Tuning:
         return tried
 
     def on_model(self, gains: Mapping[str, float]) -> Candidate:
-        """Returns what the model says of gains."""
+        """Returns the candidate of gains, as the model predicts it."""
         return self.judged(gains, [self.model.metrics(gains, wall) for wall in self.walls])
 
     def judged(self, gains: Mapping[str, float], told: Sequence[Mapping[str, float]]) -> Candidate:
-        """Returns a candidate of gains with metrics on some walls, or of a run."""
+        """Returns a candidate of gains, from metrics on some walls or of a run."""
         values = tuple(max(row[name] for row in told) for name in self.objectives)
         broken = sum(self._broken(constraint, gains, told) for constraint in self.constraints)
         away = self.place_of(gains) - self.place_of(self.model.given)
@@ -131,14 +131,14 @@ class Tuning:
         return max(constraint.broken(row[constraint.name]) for row in told)
 
     def gains_at(self, place: Array) -> dict[str, float]:
-        """Returns the gains at a place in the unit cube (n), by the logarithm of each range."""
+        """Returns the gains at a point of the unit cube (n), on logarithmic scales."""
         return {
             name: float(low * (high / low) ** share)
             for (name, (low, high)), share in zip(self.bounds.items(), place, strict=True)
         }
 
     def place_of(self, gains: Mapping[str, float]) -> Array:
-        """Returns the place of gains, of the nearest within the bounds (n)."""
+        """Returns the point of gains (n), of the nearest ones within the bounds."""
         places = [
             np.log(gains[name] / low) / np.log(high / low)
             for name, (low, high) in self.bounds.items()

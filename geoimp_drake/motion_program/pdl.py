@@ -12,9 +12,9 @@ BEGIN
 END name
 ```
 
-A value is a number, a constant or an INTEGER or REAL variable, with a sign or not. Keywords and
-names do not depend on case; `--` starts a comment. Variables are taught: their values come from
-the caller, in SI units as everywhere in this library.
+A value is a number, a constant or an INTEGER or REAL variable, with or without a sign. Keywords and
+names do not depend on case; `--` starts a comment. Variables are taught: their values come from the
+caller, in SI units as everywhere in this library.
 """
 
 import contextlib
@@ -67,14 +67,14 @@ def read_program(
     """Reads a program from a file.
 
     Args:
-        path: of the file, UTF-8, with a byte order mark or without.
-        taught: values of the variables: for a JOINTPOS joint positions from the base to the hand
-            [rad or m], for a POSITION the pose X_WT of the tool frame, else a number.
-        constants: values in the place of those that the program gives, by name.
+        path: of the file, UTF-8, with or without a byte order mark.
+        taught: values of the variables. A JOINTPOS has joint positions from the base to the hand
+            [rad or m], a POSITION the pose X_WT of the tool frame. Others have a number.
+        constants: values that replace those of the program, by name.
 
     Raises:
-        ConfigurationError: the file cannot be read, is no such program, or what it needs is not
-            taught; the message has file, line and column.
+        ConfigurationError: the file cannot be read or is no such program, or a variable that it
+            needs is not taught. The message has file, line and column.
     """
     text = read_text(Path(path), "motion program")
     return parse_program(text, taught, constants, file=Path(path).name)
@@ -112,7 +112,7 @@ def parse_program(
 def _parser() -> "Lark":
     with needs_extra("pdl", "A program in PDL 2"):
         from lark import Lark
-    # The basic lexer keeps keywords from being taken for names.
+    # The basic lexer does not mistake keywords for names.
     return Lark(
         _GRAMMAR.read_text(encoding="utf-8"),
         start="program",
@@ -133,7 +133,7 @@ def _parse(text: str, file: str) -> "Tree":
 
 
 def _syntax_message(parser: "Lark", error: "UnexpectedInput", text: str, file: str) -> str:
-    """Returns where the text stops being a program, what is there and what could be."""
+    """Returns where the text stops being a program, what it finds there and what it expects."""
     from lark.exceptions import UnexpectedToken
 
     line, column = error.line, error.column
@@ -151,7 +151,7 @@ def _syntax_message(parser: "Lark", error: "UnexpectedInput", text: str, file: s
 
 
 def _accepted(parser: "Lark", text: str) -> set[str]:
-    """Returns the terminals that could stand where the text stops being a program."""
+    """Returns the terminals that are possible where the text stops being a program."""
     from lark.exceptions import UnexpectedInput
 
     state: Any = parser.parse_interactive(text)
@@ -161,7 +161,7 @@ def _accepted(parser: "Lark", text: str) -> set[str]:
 
 
 def _children(tree: "Tree") -> list[Any]:
-    """Returns what a tree holds: by the grammar, tokens here and trees there."""
+    """Returns a tree's children: tokens or trees, as the grammar says."""
     return list(tree.children)
 
 
@@ -181,7 +181,7 @@ def _declare_variables(table: SymbolTable, declaration: "Tree") -> None:
 
 
 def _step(table: SymbolTable, statement: "Tree", text: str) -> Step:
-    """Returns what a statement does."""
+    """Returns the step that a statement describes."""
     meta = statement.meta
     name = " ".join(text[meta.start_pos : meta.end_pos].split())
     place = f"{table.file}, line {meta.line}"

@@ -32,19 +32,19 @@ from geoimp_drake.validation import check, finite_vector, key, positive, positiv
 __all__ = ["MotionPlan", "PlanConfig", "ProgramSegment", "plan"]
 
 _NOTHING = 1e-9  # a move shorter than this takes no time [m or rad]
-_CHECKS_A_KNOT = 4  # how often the joints' speeds are looked at
+_CHECKS_A_KNOT = 4  # how often the joints' speeds are checked
 _RAMP = 0.5  # time to the greatest joint speed where no acceleration is given [s]
 
 
 @dataclass
 class PlanConfig:
-    """Nominal speeds, those of 100 per cent, accelerations and what each joint may do."""
+    """Nominal speeds and accelerations (those of 100 per cent), and the limits of each joint."""
 
     linear_speed: float = 0.3  # of the tool frame's origin [m/s]
     linear_acceleration: float = 0.6  # [m/s²]
     rotational_speed: float = 1.0  # [rad/s]
     rotational_acceleration: float = 2.0  # [rad/s²]
-    joint_move_speed: float = 0.5  # of joint moves, a part of `joint_speeds`
+    joint_move_speed: float = 0.5  # of joint moves, as a fraction of `joint_speeds`
     # One a joint, from the base to the hand:
     joint_speeds: Array | None = None  # greatest [rad/s or m/s]; the plant's limits if not given
     joint_accelerations: Array | None = None  # of joint moves; `joint_speeds` in 0.5 s by default
@@ -53,7 +53,7 @@ class PlanConfig:
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
-        How many numbers a joint's field needs depends on the arm and is checked by `plan`.
+        The number of entries in a field of joints depends on the arm; `plan` checks it.
         """
         for part in (
             "linear_speed",
@@ -73,7 +73,7 @@ class PlanConfig:
                 positive_vector(value, key(name, part))
 
     def vector(self, name: str, size: int, default: Array) -> Array:
-        """Returns a joint's field with one number a joint, or the default where none is given."""
+        """Returns a field with one number a joint, or the default where none is given."""
         value = getattr(self, name)
         return default if value is None else positive_vector(value, f"speeds.{name}", size)
 
@@ -88,7 +88,7 @@ class ProgramSegment(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """A motion program as the set-points of an arm's joints.
+    """A motion program as set-points of an arm's joints.
 
     Attributes:
         trajectory: joint positions over time, from the base to the hand (n) [rad or m].
@@ -112,16 +112,16 @@ def plan(
 ) -> MotionPlan:
     """Plans a motion program for one arm of `plant`.
 
-    Every move runs from rest to rest with a trapezoidal speed profile; the override scales speeds
-    and accelerations alike, so that the nominal time to full speed remains. Along straight lines
+    Every move runs from rest to rest with a trapezoidal speed profile. The override scales speeds
+    and accelerations alike, so that the nominal time to full speed remains. Along straight lines,
     position and attitude take the same time, the longer of their two.
 
     A redundant arm takes, at each step along a line, the posture nearest to the one before: the
     smallest Σ w Δq² with `joint_weights`. With the default of 1 a metre of track counts as much as
-    a radian, so that track and arm share a motion along the track; a large weight of the track
+    a radian, so that track and arm share a motion along the track. A large weight of the track
     leaves the motion to the arm.
 
-    Joint accelerations are bounded in joint moves; along lines the tool frame's are.
+    Joint moves bound the accelerations of the joints; straight lines bound those of the tool frame.
 
     Args:
         plant: finalized, contains the arm.
@@ -134,8 +134,8 @@ def plan(
 
     Raises:
         ModelError: the plant does not contain such an arm.
-        ConfigurationError: a field or target cannot be used, a joint would pass its limit or speed,
-            or a pose is out of reach; the message names the move and the place on its way.
+        ConfigurationError: a field or target cannot be used, a joint would exceed its limit or
+            speed, or a pose is out of reach. The message names the move and the place on its path.
         SingularityError: a straight line leads through a singularity.
     """
     config = config or PlanConfig()
@@ -192,7 +192,7 @@ class _Planner:
         return MotionPlan(trajectory, tuple(self.segments), self.model.joint_names)
 
     def part(self, move: JointMove | LinearMove | ToolMove, label: str) -> Trajectory | None:
-        """Returns a move's trajectory from here and now; None if it moves nothing."""
+        """Returns a move's trajectory from the present posture and time; None if nothing moves."""
         if isinstance(move, JointMove):
             return self.joint_part(self.posture(move.target, label), label)
         if isinstance(move, LinearMove):

@@ -1,4 +1,4 @@
-"""Postures of an arm that put its tool frame where it is wanted."""
+"""Postures of an arm that put its tool frame at a given pose."""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -41,15 +41,15 @@ class ArmPostures:
     ) -> Array | None:
         """Returns the posture that puts T at a pose and is nearest to another, or None.
 
-        Nearest is the smallest Σ w (q − q_near)² with the joints' weights. T must be less than a
-        quarter turn away at `q_near`.
+        The nearest one has the smallest Σ w (q − q_near)² with the joints' weights. T must be less
+        than a quarter turn away at `q_near`.
         """
         plant, T, W = self.model.plant, self.model.end_effector, self.model.plant.world_frame()
         problem = InverseKinematics(plant, with_joint_limits=within_limits)
         p, R = X_WT.translation(), X_WT.rotation().matrix()
         problem.AddPositionConstraint(T, np.zeros(3), W, p, p)
-        # Three right angles fix the attitude with gradients that do not vanish at the solution, as
-        # that of the angle between two attitudes does.
+        # Three right angles fix the attitude. Unlike the gradient of the angle between two
+        # attitudes, theirs do not vanish at the solution.
         for wanted, own in ((0, 1), (0, 2), (1, 2)):
             problem.AddAngleBetweenVectorsConstraint(
                 W, R[:, wanted], T, np.eye(3)[own], _RIGHT_ANGLE, _RIGHT_ANGLE

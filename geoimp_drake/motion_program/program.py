@@ -62,7 +62,7 @@ class ToolMove:
 
 @dataclass
 class SpeedOverride:
-    """Speeds and accelerations of the moves that follow, as a part of the nominal ones."""
+    """Scales speeds and accelerations of the following moves, in per cent of the nominal ones."""
 
     percent: float = 100.0  # 1 … 100
     place: str = ""

@@ -15,8 +15,8 @@ def trapezoidal_profile(
 ) -> PiecewisePolynomial:
     """Returns the path parameter s from 0 to 1 over time.
 
-    It accelerates for T_a = ṡ/s̈, runs at ṡ and brakes for T_a, in all T = 1/ṡ + T_a. On a path too
-    short to reach ṡ (1 < ṡ T_a) the profile is a triangle of height √s̈.
+    It accelerates for T_a = ṡ/s̈, runs at ṡ and brakes for T_a; the whole time is T = 1/ṡ + T_a. On
+    a path too short to reach ṡ (1 < ṡ T_a) the profile is a triangle of height √s̈.
 
     Args:
         start_time: [s].
@@ -24,8 +24,8 @@ def trapezoidal_profile(
         acceleration: s̈ [1/s²].
 
     Raises:
-        ConfigurationError: a part of the profile is so short that its end is its begin in floating
-            point.
+        ConfigurationError: a part of the profile is so short that its begin and end are equal in
+            floating point.
     """
     speed = min(speed, math.sqrt(acceleration))
     ramp = speed / acceleration
@@ -41,5 +41,5 @@ def trapezoidal_profile(
             f"a move from {start_time:.9g} s on would take {duration:.3g} s, {ramp:.3g} s of it to "
             f"gather speed, which is nothing there. Give a lower speed and acceleration."
         )
-    # Cubics with these values and slopes at both ends of each part are its parabolas and its line.
+    # The cubics with these values and slopes at both ends of each part are its parabolas and line.
     return PiecewisePolynomial.CubicHermite(times, s[np.newaxis], rate[np.newaxis])

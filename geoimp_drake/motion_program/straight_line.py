@@ -12,13 +12,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["pose_distance", "straight_path"]
 
-# Between two knots at most; they are halved until the path is exact enough, or this often.
+# Largest distance of two knots; it is halved until the path is exact enough, or this often.
 _KNOT_DISTANCE = 0.01  # [m]
 _KNOT_ANGLE = 0.04  # [rad]
 _FEWEST_INTERVALS = 4
 _MOST_INTERVALS = 10_000
 _HALVINGS = 3
-# How far the tool frame may be from the line anywhere.
+# Largest error of the tool frame along the line.
 _POSITION_TOLERANCE = 2e-5  # [m]
 _ATTITUDE_TOLERANCE = 5e-5  # [rad]
 
@@ -36,8 +36,8 @@ def straight_path(
     """Returns the joint positions (n) over the path parameter s from 0 to 1.
 
     The origin of T runs along a straight line, its attitude about one fixed axis (slerp), both in
-    proportion to s. At knots along the line the posture is the one nearest to that of the knot
-    before; a cubic spline with continuous second derivatives joins them.
+    proportion to s. At each knot along the line the posture is the one nearest to that of the knot
+    before. A cubic spline with continuous second derivatives joins the postures.
 
     Args:
         arm: the arm, T its tool frame.
@@ -105,7 +105,7 @@ def _worst_deviation(
 ) -> tuple[float, float, float]:
     """Returns s where T is farthest from the line, how far [m], and the largest turn [rad].
 
-    Looked for at the knots and half-way between them, where a cubic strays most.
+    It searches the knots and the points half-way between them, where a cubic strays most.
     """
     places = np.concatenate((knots, 0.5 * (knots[1:] + knots[:-1])))
     deviations = np.array(

@@ -1,4 +1,4 @@
-"""Names of a PDL 2 program: what they are declared as, and their values."""
+"""Names of a PDL 2 program: their declarations and their values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class SymbolTable:
     """The names that a program declares; they do not depend on case.
 
     Args:
-        file: the program's, for errors.
+        file: that of the program, for errors.
     """
 
     def __init__(self, file: str):
@@ -54,7 +54,7 @@ class SymbolTable:
         )
 
     def declare(self, symbol: Symbol) -> None:
-        """Adds a name; raises ConfigurationError if there is one like it."""
+        """Adds a name; raises ConfigurationError if it is declared already."""
         before = self._symbols.get(symbol.token.casefold())
         if before is not None:
             raise self.error(
@@ -64,7 +64,7 @@ class SymbolTable:
         self._symbols[symbol.token.casefold()] = symbol
 
     def override_constants(self, values: Mapping[str, float]) -> None:
-        """Gives constants other values; raises ConfigurationError for a name that is none."""
+        """Gives constants other values; raises ConfigurationError for a name of no constant."""
         constants = self._of_kinds("CONST")
         for name, value in values.items():
             symbol = self._declared(name, "constant", constants)
@@ -83,7 +83,7 @@ class SymbolTable:
         """Returns the value of a name that a statement uses.
 
         Raises:
-            ConfigurationError: it is not declared, of another kind, or not taught.
+            ConfigurationError: the name is not declared, of another kind, or not taught.
         """
         symbol = self._symbols.get(token.casefold())
         if symbol is None:

@@ -51,7 +51,7 @@ def taught_values(
     """Returns the values of taught variables by name.
 
     Args:
-        variables: that were taught.
+        variables: those that were taught.
         name: of their list, for errors.
 
     Raises:

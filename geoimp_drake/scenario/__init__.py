@@ -1,1 +1,1 @@
-"""Scenarios as YAML: reading, overriding, checking, writing, and templates of one's own."""
+"""Scenarios as YAML: reads, overrides, checks and writes them, and makes templates."""

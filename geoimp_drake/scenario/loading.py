@@ -1,4 +1,4 @@
-"""Reading, overriding, checking and writing scenarios: YAML through Drake, errors for people.
+"""Reads, overrides, checks and writes scenarios: YAML through Drake, with readable errors.
 
 A scenario is a plain dataclass whose defaults run. It may contain Drake's own configurations
 (`MultibodyPlantConfig`, `SimulatorConfig`) as fields.
@@ -55,11 +55,11 @@ _Layout.add_representer(
 
 
 class YamlData(dict[str, Any]):
-    """A mapping that was read, and where.
+    """A mapping that was read from a file, with the places of its keys.
 
     Attributes:
-        file: that it was read from.
-        lines: number of the line of each key and entry, by its path.
+        file: the one that it was read from.
+        lines: line number of each key and entry, by its path.
     """
 
     file: Path
@@ -79,8 +79,8 @@ def load_scenario(
         overrides: `key.path=value` with the value in YAML; a number in the path indexes a list.
 
     Raises:
-        ConfigurationError: an unknown key (the valid ones listed), a value of the wrong type, or
-            whatever `validation.check` refuses.
+        ConfigurationError: a key is unknown (the message lists the valid ones), a value has the
+            wrong type, or `validation.check` refuses it.
     """
     try:
         return _loaded(schema, layers, overrides)
@@ -110,7 +110,7 @@ def _loaded(
 
 
 def _place(path: str, layers: Sequence[dict[str, Any]], overrides: Sequence[str]) -> str:
-    """Returns the file and line that a key comes from, to begin a message; empty for overrides."""
+    """Returns the file and line of a key, as the beginning of a message; empty for overrides."""
     given = [override.partition("=")[0] for override in overrides]
     if any(f"{path}.".startswith(f"{one}.") for one in given):
         return ""
@@ -121,10 +121,10 @@ def _place(path: str, layers: Sequence[dict[str, Any]], overrides: Sequence[str]
 def read_yaml(path: Path) -> YamlData:
     """Returns a YAML file's data, without top-level keys that begin with an underscore.
 
-    Those are there for anchors.
+    Such keys serve to hold anchors.
 
     Raises:
-        ConfigurationError: no such file, no YAML, or not a mapping of keys to values.
+        ConfigurationError: there is no such file, or it is no YAML or no mapping of keys to values.
     """
     lines: dict[str, int] = {}
     data = parse_yaml(read_text(path, "scenario file"), str(path), lines)
@@ -139,7 +139,7 @@ def read_yaml(path: Path) -> YamlData:
 
 
 def read_layer(path: Path) -> YamlData:
-    """Returns the data of a scenario file; files that it names are looked for beside it, too.
+    """Returns the data of a scenario file; it also finds files beside it that it names.
 
     Raises:
         ConfigurationError: as `read_yaml`.
@@ -163,7 +163,7 @@ def _beside(scenario: Path, file: str) -> str:
 
 
 def dump_scenario(scenario: Any) -> str:
-    """Returns a scenario as YAML; reading it gives the same scenario, whatever it is laid over."""
+    """Returns a scenario as YAML; reading it gives the same scenario over any other layers."""
     return str(
         yaml.dump(plain_data(scenario), Dumper=_Layout, default_flow_style=None, sort_keys=False)
     )
@@ -196,7 +196,7 @@ def _merged(base: Any, top: Any) -> Any:
 
 
 def _complete(schema: Any, data: Any, given: Any) -> None:
-    """Lets each dataclass with a `complete_data(data, given)` fill in what follows from a layer."""
+    """Lets each dataclass with a `complete_data(data, given)` derive further data from a layer."""
     schema = without_optional(schema)
     if not (isinstance(data, dict) and isinstance(given, dict)):
         return
@@ -207,7 +207,7 @@ def _complete(schema: Any, data: Any, given: Any) -> None:
 
 
 def _nested(overrides: Sequence[str]) -> dict[str, Any]:
-    """Returns which keys overrides have given, as a layer has them; of lists there are none."""
+    """Returns the keys that overrides give, in the form of a layer; without keys within lists."""
     layer: dict[str, Any] = {}
     for override in overrides:
         path, _, text = override.partition("=")
@@ -237,7 +237,7 @@ def _override(schema: Any, data: dict[str, Any], override: str) -> None:
 
 
 def list_index(key: str, target: list[Any]) -> int | None:
-    """Returns the number that a part of a key's path is, of an entry of a list; None if none is."""
+    """Returns the index that a part of a key's path gives in a list; None if it gives none."""
     is_index = re.fullmatch(r"[0-9]{1,9}", key) and int(key) < len(target)
     return int(key) if is_index else None
 

@@ -1,4 +1,4 @@
-"""A scenario as commented YAML, to be edited: each key with what its field's comment says."""
+"""A scenario as commented YAML, to be edited: each key has its field's comment."""
 
 import ast
 import dataclasses
@@ -23,15 +23,15 @@ __all__ = ["check_new", "commented_yaml", "write_template"]
 
 
 def write_template(file: Path, scenario: Any, says: str) -> None:
-    """Writes a whole scenario, commented, to be edited.
+    """Writes a whole scenario with comments, to be edited.
 
     Args:
-        file: to be written; one that is there is not touched.
+        file: the file to write; an existing one is not touched.
         scenario: names its experiment.
-        says: what it is, as text; becomes the comment at the top.
+        says: a description, which becomes the comment at the top.
 
     Raises:
-        ConfigurationError: the file is there already, or cannot be written.
+        ConfigurationError: the file exists already, or cannot be written.
     """
     says += (
         f"\nSI units. Run it:  geoimp run --scenario {file}\n"
@@ -52,7 +52,7 @@ def check_new(file: Path) -> None:
 def commented_yaml(scenario: Any) -> str:
     """Returns a scenario as YAML with a comment at every key whose field has one.
 
-    The comments are those that stand behind the fields of the dataclasses, or above them.
+    The comments are those behind or above the fields of the dataclasses.
     """
     return "\n".join(_mapping(type(scenario), plain_data(scenario))) + "\n"
 
@@ -106,7 +106,7 @@ def _leaf(value: Any) -> str:
 
 
 def _comments(schema: Any) -> defaultdict[str, str]:
-    """Returns the comments of a dataclass's fields, of its bases, too; empty for other schemas."""
+    """Returns the comments of a dataclass's fields, its bases' included; none for other schemas."""
     found: defaultdict[str, str] = defaultdict(str)
     for cls in reversed(schema.__mro__):
         if dataclasses.is_dataclass(cls):
@@ -139,7 +139,7 @@ def _own_comments(cls: Any) -> dict[str, str]:
 
 
 def _above(line: int, by_line: dict[int, str], lines: list[str]) -> list[str]:
-    """Returns the comments on the lines of their own that end at a line."""
+    """Returns the comments on lines of their own that end at a given line."""
     found: list[str] = []
     while line in by_line and lines[line - 1].lstrip().startswith("#"):
         found.insert(0, by_line[line])

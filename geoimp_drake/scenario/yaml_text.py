@@ -1,9 +1,10 @@
-"""YAML to plain data: one reader for all that this library reads, in bounded time and memory.
+"""YAML to plain data: one reader for all YAML of this library, in bounded time and memory.
 
 A text becomes dictionaries with names as keys, lists, numbers, truth values and texts. Tags are
-refused, so nothing is constructed that the schema does not ask for. What YAML 1.1 reads in a way
-that people do not expect stays a text, which the schema then takes for a number or refuses: `010`
-(octal), `1:30` (base 60), `2024-01-01`, `on`, and whole numbers of more than 18 digits.
+refused, so nothing is constructed that the schema does not ask for. YAML 1.1 reads some values in a
+way that people do not expect: `010` (octal), `1:30` (base 60), `2024-01-01`, `on`, and whole
+numbers of more than 18 digits. Here they stay texts, which the schema then takes for numbers or
+refuses.
 """
 
 import copy
@@ -18,7 +19,7 @@ from geoimp_drake.validation import key, quoted
 
 __all__ = ["parse_yaml"]
 
-# What aliases stand for is counted each time.
+# The nodes that an alias stands for count each time.
 _MOST_NODES, _DEEPEST = 20_000, 30
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the first is libyaml's, if it is there
@@ -39,11 +40,11 @@ def parse_yaml(text: str, name: str, lines: dict[str, int] | None = None) -> Any
     Args:
         text: one document.
         name: of the text, for errors.
-        lines: is filled with the number of the line of each key and entry, by its path.
+        lines: is filled with the line number of each key and entry, by its path.
 
     Raises:
-        ConfigurationError: no YAML, a tag, a key that is no text or given twice, more than 20,000
-            values or 30 levels; the message has the lines.
+        ConfigurationError: the text is no YAML, has a tag, a key that is no text or occurs twice,
+            or more than 20,000 values or 30 levels. The message has the lines.
     """
     try:
         return _Reader(text, name, {} if lines is None else lines).document()
@@ -153,7 +154,7 @@ class _Reader:
 
 
 def _scalar(text: str) -> Any:
-    """Returns what a plain text stands for."""
+    """Returns the value of a plain text."""
     if text in _CONSTANTS:
         return _CONSTANTS[text]
     if _WHOLE.fullmatch(text):

@@ -1,1 +1,1 @@
-"""Running, logging, judging, drawing: nothing here computes a control law."""
+"""Runs, logs, judges and draws simulations: nothing here computes a control law."""

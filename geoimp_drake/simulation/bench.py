@@ -1,4 +1,4 @@
-"""What the closed loop costs: microseconds a step, as ratios to the bare plant in the same run."""
+"""The cost of the closed loop per step [µs], and as a ratio to the bare plant in the same run."""
 
 import json
 import time
@@ -30,13 +30,13 @@ __all__ = [
 _WINDOWS = 5
 _WINDOW = 0.4  # [s] of simulated time
 
-# Below this a change is taken for noise.
+# A change below this ratio counts as noise.
 _SLOWER = 1.1
 
 
 @dataclass(frozen=True)
 class BenchCase:
-    """What is timed.
+    """A closed loop to be timed.
 
     Attributes:
         name: of the ratio.
@@ -53,7 +53,7 @@ class BenchCase:
 
 @dataclass(frozen=True)
 class Timing:
-    """What was timed, in rounds: each times a window of the loop, of the bare plant and so on.
+    """The times of several rounds; each round times a window of each loop and of the bare plant.
 
     Attributes:
         name: of the case.
@@ -64,7 +64,7 @@ class Timing:
         blocks: as `loop`, of the form `blocks`.
         blocks_logged: as `logged`, of the form `blocks`.
         drake: the plant under Drake's own InverseDynamicsController, in C++ [µs per plant step];
-            nothing if that takes no such plant.
+            empty if that takes no such plant.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Timing:
     def ratio(self, loop: str = "loop", to: str = "bare") -> float:
         """One loop over another: the median of the rounds' ratios.
 
-        A machine whose speed changes does so for both windows of a round.
+        If the machine's speed changes, it changes for both windows of a round.
 
         Args:
             loop: an attribute.
@@ -89,7 +89,7 @@ class Timing:
         return median(one / other for one, other in pairs)
 
     def real_time_factor(self, loop: str = "logged") -> float:
-        """Simulated over wall time of a loop, an attribute."""
+        """Simulated time over wall time of a loop, given by its attribute."""
         return 1e6 * self.step / median(getattr(self, loop))
 
 
@@ -97,11 +97,11 @@ def run_bench(cases: Sequence[BenchCase], earlier: Path | None = None) -> tuple[
     """Times closed loops.
 
     Args:
-        cases: what is timed.
+        cases: the loops to time.
         earlier: file with the JSON of an earlier run, None for no comparison.
 
     Returns:
-        A table, with what became slower since the earlier run, and the timings as JSON.
+        A table, with the cases that became slower since the earlier run, and the timings as JSON.
 
     Raises:
         ConfigurationError: the earlier file cannot be used; nothing has been timed.
@@ -157,14 +157,14 @@ def _medians(timing: Timing) -> dict[str, float | None]:
 
 
 def compare_bench(old: dict[str, Any], new: dict[str, Any]) -> str:
-    """Returns what became slower from one run of `run_bench` to another, as a table.
+    """Returns a table of what became slower from one run of `run_bench` to another.
 
-    Ratios to the bare plant are compared, not microseconds, so that another machine or another load
-    do not count; a change of less than a tenth is taken for noise.
+    It compares ratios to the bare plant, not microseconds, so that another machine or another load
+    does not matter. A change of less than a tenth counts as noise.
 
     Args:
         old: the JSON data of the earlier run.
-        new: of the later one.
+        new: those of the later one.
     """
     common = [name for name in old["ratios"] if name in new["ratios"]]
     rows = [(name, old["ratios"][name], new["ratios"][name]) for name in common]

@@ -1,4 +1,4 @@
-"""What a bench times: closed loops, and their plants alone or under Drake's own controller."""
+"""The loops that a bench times: closed ones, and their plants alone or under Drake's controller."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -20,7 +20,7 @@ __all__ = ["bare_plant", "closed_loop", "under_drakes_controller"]
 def closed_loop(
     experiment: Any, start: float, form: str, *, logged: bool
 ) -> tuple[Simulator, Any, Any]:
-    """Returns a closed loop that has been advanced to a time: simulator, set-up, its context.
+    """Returns a closed loop, advanced to a time: its simulator, set-up and context.
 
     Args:
         experiment: of the catalogue.
@@ -36,7 +36,7 @@ def closed_loop(
 
 
 def bare_plant(setup: Any, context: Context, window: float) -> Callable[[], None]:
-    """Returns what advances the plant alone by a window [s], each time from the loop's state."""
+    """Returns a function that advances the plant alone by a window [s], from the loop's state."""
     builder = DiagramBuilder()
     plant: MultibodyPlant = setup.add_plant(builder)
     torque: Array = setup.plant.get_net_actuation_output_port().Eval(
@@ -98,7 +98,7 @@ def _arm_models(diagram: Diagram) -> Iterator[ControlModel]:
 def _from_state_of(
     setup: Any, context: Context, builder: DiagramBuilder, plant: MultibodyPlant, window: float
 ) -> Callable[[], None]:
-    """Returns what advances a diagram by a window, each time from the closed loop's state."""
+    """Returns a function that advances a diagram by a window, from the closed loop's state."""
     simulator = Simulator(builder.Build())
     plant_context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     state = setup.plant.GetPositionsAndVelocities(setup.plant.GetMyContextFromRoot(context))

@@ -25,7 +25,7 @@ edge [arrowsize=0.6 colorscheme=dark28]
 _INPUT = 'shape=box style="rounded,filled" fillcolor="#dbe8fb" color="#2f62ad" height=0.25'
 _OUTPUT = 'shape=box style="rounded,filled" fillcolor="#ddf0dd" color="#2e7d32" height=0.25'
 
-# In a process of its own, since what Graphviz says about fonts would appear in a notebook.
+# In a process of its own, since Graphviz's messages about fonts would appear in a notebook.
 _DRAW = (
     "import sys, pygraphviz; graph = pygraphviz.AGraph(sys.stdin.read());"
     "sys.stdout.buffer.write(graph.draw(format='svg', prog='dot'))"
@@ -36,7 +36,7 @@ def draw(diagram: Diagram, depth: int) -> str:
     """Returns an SVG: blocks with the ports in use, and the diagram's own ports as labels.
 
     Args:
-        diagram: what is drawn.
+        diagram: the one to draw.
         depth: how many levels of diagrams are opened.
     """
     done = subprocess.run(
@@ -53,7 +53,7 @@ def in_words(diagram: Diagram, depth: int) -> str:
     """Returns a text: the blocks, and which port feeds which.
 
     Args:
-        diagram: what is described.
+        diagram: the one to describe.
         depth: how many levels of diagrams are opened.
     """
     blocks = _blocks(diagram, depth)
@@ -73,7 +73,7 @@ def in_words(diagram: Diagram, depth: int) -> str:
 
 
 def name_of(system: System) -> str:
-    """Returns a system's name; the class of one that has none but its place in memory."""
+    """Returns a system's name, or its class if Drake named it after its address in memory."""
     name = system.get_name()
     return kind_of(system) if not name or "@" in name else name
 
@@ -95,7 +95,7 @@ def _blocks(diagram: Diagram, depth: int, within: str = "") -> dict[System, str]
 
 
 def _wires(diagram: Diagram, depth: int) -> list[_Wire]:
-    """Returns what feeds what among the blocks; the diagram's own ports are ends of wires, too."""
+    """Returns the wires among the blocks; the diagram's own ports are ends of wires, too."""
     wires = [
         ((diagram, port.get_name()), taker)
         for port in map(diagram.get_input_port, range(diagram.num_input_ports()))
@@ -107,7 +107,7 @@ def _wires(diagram: Diagram, depth: int) -> list[_Wire]:
     ]
     wires += _inner_wires(diagram, depth)
     order = {system: k for k, system in enumerate([diagram, *_blocks(diagram, depth)])}
-    # Drake gives them in the order of addresses in memory.
+    # Drake lists them in the order of addresses in memory.
     return sorted(wires, key=lambda wire: [(order[system], port) for system, port in wire])
 
 
@@ -181,7 +181,7 @@ def _box(system: System, wires: Sequence[_Wire]) -> str:
     name, kind = html.escape(name_of(system)), html.escape(kind_of(system))
     title = f'<td colspan="2" bgcolor="gray92" sides="b" border="1"><b>{name}</b><br/>{kind}</td>'
     ports = "".join(f"<tr>{left}{right}</tr>" for left, right in rows)
-    # The outer table keeps wires that pass at a distance.
+    # The outer table keeps passing wires at a distance.
     return (
         '<table border="0" cellborder="0" cellpadding="9" cellspacing="0"><tr><td>'
         '<table cellborder="0" cellpadding="3" cellspacing="0" bgcolor="white">'

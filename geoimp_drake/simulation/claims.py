@@ -1,4 +1,4 @@
-"""What an experiment claims: a value from the log, its bound, and whether it holds."""
+"""The claims of an experiment: a value from the log, its bound, and whether it holds."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -32,13 +32,13 @@ class Claim:
     """One claim about a run.
 
     Attributes:
-        claim: what is claimed, in words.
+        claim: in words.
         value: the number from the log, None if the run ended before it could be taken.
-        bound: what the number is held against, None if it is only reported.
+        bound: the limit of the number, in words; None if the number is only reported.
         unit: of the number; empty for a ratio.
-        holds: whether it keeps the bound, None if there is none or no number could be taken.
-        blind: whether no plant could break it, as it compares what the controller has measured with
-            what it computes from that.
+        holds: whether it keeps the bound; None if there is no bound or no number.
+        blind: whether no plant could break it, since it compares what the controller measures with
+            what the controller computes from that.
     """
 
     claim: str
@@ -71,13 +71,13 @@ class Claim:
 
 
 def at_most(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a value does not exceed a bound; one of infinity is none."""
+    """Returns the claim that a value does not exceed a bound; infinity means no bound."""
     text = f"≤ {bound:g}" if np.isfinite(bound) else None
     return _claim(claim, value, text, unit, value is not None and value <= bound)
 
 
 def at_least(claim: str, value: float | None, bound: float, unit: str = "") -> Claim:
-    """Returns the claim that a value reaches a bound; one of minus infinity is none."""
+    """Returns the claim that a value reaches a bound; minus infinity means no bound."""
     text = f"≥ {bound:g}" if np.isfinite(bound) else None
     return _claim(claim, value, text, unit, value is not None and value >= bound)
 

@@ -1,4 +1,4 @@
-"""Where the energy of an impedance comes from and where it goes, from the log of a run."""
+"""The energy balance of an impedance, from the log of a run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["AUDIT", "AUDIT_TEXT", "EnergyAudit", "audit_figure", "audit_of", "audited"]
 
-# The name of the figure's files, and what it shows.
+# The name of the figure's files, and a description of the figure.
 AUDIT = "energy_audit"
 AUDIT_TEXT = "Energy that comes in, is given out, stored and dissipated, and the balance's error."
 
@@ -26,13 +26,13 @@ AUDIT_TEXT = "Energy that comes in, is given out, stored and dissipated, and the
 class EnergyAudit:
     """Energies over time, from zero at the start (N,) [J].
 
-    What D's motion brings in and is not given out is stored or dissipated, but for the error.
+    Energy that D's motion brings in is given out, stored or dissipated, except for the error.
 
     Attributes:
         energy_in: work of the wrench on D's motion.
-        given_out: work of the wrench on C's motion, to the environment; negative: taken from it.
-        stored: kinetic and potential energy of the impedance; not from zero.
-        dissipated: by its damping.
+        given_out: work of the wrench on C's motion, to the environment; negative if taken from it.
+        stored: kinetic and potential energy of the impedance; it need not start at zero.
+        dissipated: energy dissipated by its damping.
     """
 
     energy_in: Array
@@ -42,14 +42,14 @@ class EnergyAudit:
 
     @property
     def error(self) -> Array:
-        """What the balance lacks (N,) [J]."""
+        """The error of the balance (N,) [J]."""
         kept = self.stored - self.stored[0] + self.dissipated
         error: Array = self.energy_in - self.given_out - kept
         return error
 
     @property
     def relative_error(self) -> float:
-        """The largest error over the largest energy, zero where nothing happens."""
+        """The largest error divided by the largest energy; zero where nothing happens."""
         parts = self.energy_in, self.given_out, self.stored, self.dissipated
         largest = max(float(np.abs(part).max()) for part in parts)
         return float(np.abs(self.error).max()) / largest if largest else 0.0
@@ -67,7 +67,7 @@ def audited(log: Mapping[str, Array]) -> list[str]:
 def audit_of(log: Mapping[str, Array], body: str) -> EnergyAudit:
     """Returns the audit of an arm, or of the object.
 
-    Between two rows powers are taken as linear; what that misses is part of the error.
+    Powers are interpolated linearly between two rows; the error includes that of the interpolation.
 
     Args:
         log: of a run.

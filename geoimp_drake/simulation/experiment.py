@@ -35,7 +35,7 @@ __all__ = [
     "write_run",
 ]
 
-# Besides the experiment's own figures.
+# The files of a run, besides the experiment's own figures.
 RUN_FILES = ("log.npz", "scenario.yaml", "metrics.json", "replay.html", *figure_files(AUDIT))
 
 _log = logging.getLogger("drake")
@@ -43,12 +43,12 @@ _log = logging.getLogger("drake")
 
 @dataclass
 class RunResult:
-    """What a run left.
+    """The results of a run.
 
     Attributes:
-        log: keys of the log contract.
+        log: arrays, by the keys of the log contract.
         claims: judged from the log.
-        files: that were written.
+        files: those that were written.
         failure: what stopped the simulation before its end, if anything did.
     """
 
@@ -72,18 +72,18 @@ def run_experiment(
 
     Args:
         experiment: from the catalogue.
-        scenario: for it; its open fields (start posture, duration) are filled in.
+        scenario: the experiment's; open fields (start posture, duration) are filled in.
         out: folder to write into; made if need be.
         figures: draw the chapter's figures.
         html: write a replay.
-        live: show the run in Meshcat, at real time at most, with sliders and buttons.
-        host: address at which it is shown then; by default on this machine alone.
+        live: show the run in Meshcat, at most in real time, with sliders and buttons.
+        host: address at which Meshcat shows it; by default for this machine alone.
 
     Raises:
         ConfigurationError: the scenario, the folder or the host cannot be used; nothing has been
             written.
         GeoimpError: the simulation cannot even start; nothing has been written.
-        OutputError: some files could not be written, which are named; the others are there.
+        OutputError: some files could not be written; the message names them, the others exist.
     """
     check_folder(out, RUN_FILES)
     if scenario.engine != "drake":
@@ -140,7 +140,7 @@ def simulated(
 def _run_elsewhere(
     experiment: Any, scenario: Any, out: Path, figures: bool, html: bool, live: bool
 ) -> RunResult:
-    """Does the same in the scenario's own simulator, with a replay that is drawn from the log."""
+    """Does the same in the scenario's own simulator; it draws the replay from the log."""
     if live:
         raise ConfigurationError(
             f"Only Drake's simulation can be watched as it runs, and engine is "
@@ -160,19 +160,19 @@ def write_run(
     figures: bool = True,
     replay: Meshcat | None = None,
 ) -> RunResult:
-    """Judges and writes what a run left.
+    """Judges a run and writes its results.
 
     Args:
         experiment: from the catalogue.
-        scenario: that was run.
+        scenario: the one that was run.
         log: of the run.
         failure: what stopped it before its end, if anything did.
         out: folder to write into; made if need be.
         figures: draw the chapter's figures.
-        replay: that recorded the run, if one did.
+        replay: the one that recorded the run, if any.
 
     Raises:
-        OutputError: some files could not be written, which are named; the others are there.
+        OutputError: some files could not be written; the message names them, the others exist.
     """
     result = RunResult(log, experiment.claims(log, scenario), [], failure)
     result.files = write_files(out, _contents(experiment, scenario, result, figures, replay))
@@ -224,7 +224,7 @@ def _metrics(scenario: Any, claims: list[Claim], failure: Exception | None) -> s
 
 
 def versions(engine: str = "drake") -> dict[str, str]:
-    """Returns the versions of what a run's numbers depend on in a simulator."""
+    """Returns the versions of all packages on which a run's numbers in a simulator depend."""
     other = {} if engine == "drake" else {engine: version(engine)}
     return other | {
         "geoimp_drake": version("geoimp-drake"),

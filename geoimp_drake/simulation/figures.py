@@ -21,7 +21,7 @@ __all__ = ["contact_time", "interaction_figure", "panels_figure"]
 
 Phases = list[tuple[str, float, float]]
 
-# What is shaded while a limit acts: the lowest part of a panel.
+# The lowest part of a panel, which is shaded while a limit acts.
 _LIMIT_HEIGHT, _LIMIT_COLOUR = 0.04, "#CC3311"
 
 _TOUCH, _TOUCH_TIME = 1.0, 0.05  # true force [N] and for how long [s] it counts as contact
@@ -45,7 +45,7 @@ def interaction_figure(
         orientation_error: displacement of the orientation family over time (N×3).
         title: of the figure.
         orientation_label: label of the orientation error's axis, with its unit.
-        phases: to be shaded: name, begin, end.
+        phases: the ones to shade: name, begin, end.
         further: two panels below: title, values (N×3), label with unit.
     """
     position_error = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[:, POSITION]
@@ -63,7 +63,7 @@ def interaction_figure(
         axes = figure.subplots(rows, 2, sharex=True)
         for panel, (name, values, label) in zip(axes.flat, panels, strict=True):
             first = panel is axes[0, 0]
-            # Above the curves of the first panel stand the names of the phases.
+            # The first panel has the names of the phases above its curves.
             _plot_components(panel, log["t"], values, name, label)
             shade_phases(panel, phases, label=first)
             _mark_contact(panel, log, arm, label=first)
@@ -82,14 +82,14 @@ def panels_figure(
     title: str,
     phases: Phases,
 ) -> Figure:
-    """Returns panels side by side, as Figs 5.4 to 5.9 have them.
+    """Returns panels side by side, as in Figs 5.4 to 5.9.
 
     Args:
         log: of a run.
         arm: its name in the log.
-        panels: title, label of the axis with its unit, values (N×3, or N for one curve), and what
-            the axis must at least show, so that noise does not look like a signal: of one curve
-            from zero up, of three to both sides; by default the floor of its unit.
+        panels: title, label of the axis with its unit, values (N×3, or N for one curve), and the
+            least range of the axis, so that noise does not look like a signal. For one curve the
+            range is from zero up, for three to both sides. The default is the floor of its unit.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """
@@ -145,7 +145,7 @@ def _plot_components(
 
 
 def _add_legend(axes: Axes, place: Literal["best", "lower right"]) -> None:
-    """Names what has a name, if anything has one."""
+    """Adds a legend of the named curves, if there are any."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(handles, labels, loc=place, ncols=len(handles), handlelength=2.5)
@@ -156,9 +156,9 @@ def _limit_time(axes: Axes, t: Array) -> None:
 
 
 def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
-    """Returns when the surface is first felt [s], None if it never is.
+    """Returns the time of the first contact with the surface [s], or None.
 
-    A shorter pull, as of two hands that take an object, is none.
+    A shorter pull, such as that of two hands that take an object, does not count.
     """
     if "surface/plane" not in log:
         return None
@@ -175,7 +175,7 @@ def contact_time(log: Mapping[str, Array], arm: str) -> float | None:
 
 
 def _shade_limits(axes: Axes, log: Mapping[str, Array], arm: str, *, label: bool) -> None:
-    """Shades at the bottom when a limit of the arm acts; `label` names that."""
+    """Shades the bottom of a panel while a limit of the arm acts; `label` adds a name."""
     if f"{arm}/limited" not in log:
         return
     acts = log[f"{arm}/limited"][:, : SLACK.start].any(axis=1)

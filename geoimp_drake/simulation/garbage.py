@@ -11,8 +11,8 @@ __all__ = ["only_new_garbage"]
 def only_new_garbage() -> Iterator[None]:
     """Makes the garbage collector scan only objects made from now on, until the context ends.
 
-    The many small objects of every step trigger it, and each time it would scan all that has been
-    there since the start: modules, plants, compiled laws. That is some percent of a loop.
+    The many small objects of every step trigger it. Each time it would scan all objects from the
+    start: modules, plants, compiled laws. That takes some per cent of a loop's time.
     """
     gc.freeze()
     try:

@@ -1,4 +1,4 @@
-"""What one can do in Meshcat while a run goes on: change the stiffness, push the hand, pause."""
+"""Controls in Meshcat during a run: change the stiffness, push the hand, pause."""
 
 import time
 from collections.abc import Callable
@@ -49,15 +49,15 @@ def add_live_controls(
 ) -> None:
     """Adds sliders for the stiffness and a button that pushes, connected to a controller.
 
-    On a Meshcat that has them from another diagram they begin anew, and serve both.
+    If a Meshcat has them from another diagram already, they are reset and serve both.
 
     Args:
-        builder: of the diagram, holds `plant` and `controller` already.
+        builder: of the diagram; it already holds `plant` and `controller`.
         meshcat: where the sliders and the button appear.
         plant: contains the hand.
         controller: with the ports `stiffness_scale` and `energy`.
-        hand: at whose origin the push acts.
-        push: whether there is a push; its plant port must be free.
+        hand: the frame at whose origin the push acts.
+        push: whether to add the push; its port of the plant must be free.
         step: of the simulation [s], by default the plant's; see `visualization.frame_period`.
     """
     period = frame_period(plant.time_step() if step is None else step)
@@ -80,18 +80,18 @@ class StiffnessSliders(Block):
 
     A factor s follows its slider u by ṡ = (u − s)/T, T = 0.3 s, so that the elastic wrench is
     continuous. A spring that is made stiffer while it is loaded gains energy that no force
-    supplies, Δ𝒰 = 𝒰 Δs/s a step, 𝒰 the potential energy. It comes out of an energy tank (0.2 J at
-    the start, 2 J at most) that damping fills; from an empty one the stiffness rises no further.
-    The power is put out and shown, and so is what is in the tank.
+    supplies, Δ𝒰 = 𝒰 Δs/s a step, 𝒰 the potential energy. That energy comes from a tank (0.2 J at
+    the start, 2 J at most) that damping fills. When the tank is empty, the stiffness rises no
+    further. Ports and labels show the power and the energy in the tank.
 
     Args:
         meshcat: where the sliders appear.
-        period: with which they are read [s].
+        period: between two readings [s].
 
     Ports:
         input energy: `ImpedanceEnergy` of the impedance (9)
         output stiffness_scale: factors of K_p and K_o (2)
-        output injected_power: by both in the last step (1) [W]
+        output injected_power: power injected by both in the last step (1) [W]
         output tank: energy in the tank (1) [J]
     """
 
@@ -140,17 +140,17 @@ class StiffnessSliders(Block):
     def _read(self, context: Context, state: DiscreteValues) -> None:
         values = state.get_mutable_value(self._state)
         told = np.array([self._meshcat.GetSliderValue(name) for name in (TRANSLATION, ROTATION)])
-        # Drake takes any number that a page sends, whatever the range.
+        # Drake accepts any number that a page sends, whatever the slider's range.
         targets = values[self._places.targets]
         targets[:] = np.where(np.isnan(told), targets, told.clip(*_FACTORS))
 
     def _follow(self, context: Context, state: DiscreteValues) -> None:
-        """Lets the factors follow the sliders, as far as the tank lets."""
+        """Lets the factors follow the sliders, as far as the tank allows."""
         places, values = self._places, state.get_mutable_value(self._state)
         step, values[places.time] = context.get_time() - values[places.time], context.get_time()
         energy = self._energy.Eval(context)
         view, power = ImpedanceEnergy(energy), dissipated_power(energy)
-        # No more than has been dissipated, while the power rises or falls.
+        # No more than was dissipated, whether the power rises or falls.
         gained = step * min(power, values[places.power])
         values[places.power] = power
         scale = values[places.scale]
@@ -169,7 +169,7 @@ class StiffnessSliders(Block):
 
 
 def _add_slider(meshcat: Meshcat, name: str, *numbers: float) -> None:
-    """Adds a slider at its initial value, in the place of one that an earlier diagram left."""
+    """Adds a slider at its initial value, and replaces one that an earlier diagram left."""
     meshcat.DeleteSlider(name, strict=False)
     meshcat.AddSlider(name, *numbers)
 
@@ -179,8 +179,8 @@ class PushButton(Block):
 
     Args:
         meshcat: where the button appears.
-        hand: at whose origin the force acts.
-        period: with which it is read [s].
+        hand: the frame at whose origin the force acts.
+        period: between two readings [s].
 
     Ports:
         output applied_spatial_force: for the plant's port, list of ExternallyAppliedSpatialForce
@@ -220,7 +220,7 @@ class PushButton(Block):
 
 
 def pause_button(meshcat: Meshcat) -> Callable[[], bool]:
-    """Adds a pause button; what it returns waits while it is on and returns True if it waited."""
+    """Adds a pause button; returns a function that waits while it is on, and says if it waited."""
     meshcat.AddButton(PAUSE, "Space")
 
     def wait() -> bool:

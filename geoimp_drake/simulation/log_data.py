@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["joint_columns", "load_log", "read_log"]
 
-# Of the joints; velocities are differenced over both neighbours of a row.
+# Of the joints' log: velocities are differenced over both neighbours of a row.
 _FEWEST_ROWS = 20
 
-# What the components of one dimension are: their names, each with its unit.
+# The components of one dimension: their names, each with its unit.
 _Components = dict[str, str]
 
 _MOTION_UNITS = {
@@ -57,13 +57,13 @@ def load_log(path: str | Path) -> "Dataset":
 
     For instance `load_log("out")["six_wrench"].sel(wrench="force_z").plot()`.
 
-    Each key of the log, `_` in the place of `/`, is a variable over `time` [s] and one dimension of
-    named components: `motion` (quaternion_w … linear_acceleration_z), `wrench` (moment_x …
-    force_z), `energy`, `six_joint`, `seven_joint`, `plane`, `point`. The attribute `units` is the
-    variable's; where its components differ it has each of them once, and the coordinate
-    `motion_units` (`wrench_units`, …, `seven_q_units`) has them one by one. A joint's units follow
-    from the log's `seven/prismatic`; without that they are not given. `to_netcdf` writes the whole
-    data set.
+    Each key of the log, with `_` instead of `/`, is a variable over `time` [s] and one dimension of
+    named components. The dimensions are `motion` (quaternion_w … linear_acceleration_z), `wrench`
+    (moment_x … force_z), `energy`, `six_joint`, `seven_joint`, `plane` and `point`. The attribute
+    `units` holds the variable's units. Where components have different units, it lists each unit
+    once. The coordinate `motion_units` (`wrench_units`, …, `seven_q_units`) then lists them
+    component by component. A joint's units follow from the log's `seven/prismatic`; without that
+    they are not given. `to_netcdf` writes the whole data set.
 
     Args:
         path: the folder of a run, or its log.npz.
@@ -83,7 +83,7 @@ def load_log(path: str | Path) -> "Dataset":
     coordinates: dict[str, Any] = {"time": ("time", t, {"units": "s"})}
     variables = {}
     for key, values in log.items():
-        # What changes with time has it as its first axis; constants are vectors.
+        # Time is the first axis of whatever changes with time; constants are vectors.
         dimensions = ("time",) if values.ndim > 1 else ()
         name, components = _components(log, key)
         units = list(components.values())
@@ -91,14 +91,14 @@ def load_log(path: str | Path) -> "Dataset":
         variables[_plain(key)] = ((*dimensions, name), values, attributes)
         coordinates[name] = list(components)
         if len(set(units)) > 1:
-            # Joints have other units in q than in v.
+            # Joints have different units in q and in v.
             owner = _plain(key) if name.endswith("_joint") else name
             coordinates[f"{owner}_units"] = (name, units)
     return xarray.Dataset(variables, coordinates, attrs=_beside(file))
 
 
 def _plain(key: str) -> str:
-    """Returns a name that netCDF takes, too."""
+    """Returns a name that netCDF also accepts."""
     return key.replace("/", "_")
 
 
@@ -140,7 +140,7 @@ def _components(log: dict[str, Array], key: str) -> tuple[str, _Components]:
 
 
 def _joints(arm: str, units: tuple[str, str], slides: Array) -> _Components:
-    """Returns names and units by whether each joint slides, which may be unknown (NaN)."""
+    """Returns names and units of joints; whether each of them slides may be unknown (NaN)."""
     names = [f"joint_{k + 1}" for k in range(len(slides))]
     if arm == _ON_TRACK and slides[0]:
         names = ["track", *names[:-1]]
@@ -163,11 +163,11 @@ def _read_beside(path: Path) -> str:
 
 
 def joint_columns(log: dict[str, Array], arm: str, model: ControlModel) -> tuple[Array, ...]:
-    """Returns t, and q, v, torques (each base first) and wrench of the rows that are known.
+    """Returns t, and q, v, torques (each base first) and wrench, of the rows without gaps.
 
     Args:
-        log: of a run or a drive, by its keys.
-        arm: whose.
+        log: arrays of a run or a drive, by key.
+        arm: the arm's name in the log.
         model: the arm.
 
     Raises:

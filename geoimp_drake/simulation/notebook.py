@@ -1,4 +1,4 @@
-"""What notebooks show besides figures: block diagrams and Meshcat scenes, without a network.
+"""Block diagrams and Meshcat scenes in notebooks, without a network.
 
 In a notebook the value of a cell's last line is displayed; in a script `print` it.
 """
@@ -21,7 +21,7 @@ __all__ = ["BlockDiagram", "MeshcatView", "recording", "show_diagram", "show_mes
 
 @dataclass(frozen=True, repr=False)
 class BlockDiagram:
-    """A drawing of a diagram: SVG in a notebook, text elsewhere or if there is no drawing."""
+    """A drawing of a diagram: SVG in a notebook; text elsewhere or without Graphviz."""
 
     svg: str | None
     text: str
@@ -52,12 +52,12 @@ class MeshcatView:
 def show_diagram(diagram: Diagram, max_depth: int = 1) -> BlockDiagram:
     """Returns a drawing of a diagram from left to right: blocks, the ports in use and wires.
 
-    The diagram's own ports are rounded labels, blue for inputs and green for outputs; a signal has
-    the same color wherever it goes. Graphviz makes the layout (pygraphviz, of the extra
-    `notebooks`); without it there is the text alone.
+    The diagram's own ports are rounded labels, blue for inputs and green for outputs. A signal has
+    the same colour wherever it goes. Graphviz makes the layout (pygraphviz, of the extra
+    `notebooks`); without it there is only the text.
 
     Args:
-        diagram: what is drawn; give names to its systems.
+        diagram: the one to draw; give names to its systems.
         max_depth: how many levels are drawn; 1 for the top level, 2 to look into its diagrams.
 
     Raises:
@@ -75,10 +75,10 @@ def show_diagram(diagram: Diagram, max_depth: int = 1) -> BlockDiagram:
 
 
 def show_meshcat(meshcat: Meshcat, height: int = 420) -> MeshcatView:
-    """Returns what Meshcat shows now, with the motion that was recorded, as a page to look at.
+    """Returns Meshcat's present scene as a page, with the motion that was recorded.
 
     Args:
-        meshcat: the scene; it may go away afterwards.
+        meshcat: the scene; it may be closed afterwards.
         height: of the view in the notebook [pixel].
     """
     return MeshcatView(meshcat.StaticHtml(), meshcat.web_url(), height)
@@ -86,7 +86,7 @@ def show_meshcat(meshcat: Meshcat, height: int = 420) -> MeshcatView:
 
 @contextmanager
 def recording(meshcat: Meshcat) -> Iterator[None]:
-    """Records what moves within a `with` block, to be played by the scene afterwards."""
+    """Records the motion within a `with` block; the scene can play it afterwards."""
     meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
     try:
         yield

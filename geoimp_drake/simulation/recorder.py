@@ -17,8 +17,8 @@ _ALL = slice(None)
 class Recorder:
     """Records ports of a diagram under construction at one period.
 
-    All of them go into one sink: every system of a diagram costs time in every step, one that only
-    listens, too. So there is none if nothing is recorded.
+    All of them go into one sink: every system of a diagram costs time in every step, even one that
+    only listens. So there is no sink if nothing is recorded.
 
     Args:
         builder: of the diagram.
@@ -63,7 +63,7 @@ class Recorder:
         return self._builder.Build()
 
     def collect(self, context: Context) -> dict[str, Array]:
-        """Returns what has been recorded, the first axis being time.
+        """Returns the recorded arrays, with time as their first axis.
 
         Args:
             context: of the whole diagram.

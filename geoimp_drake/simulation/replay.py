@@ -25,8 +25,8 @@ def start_meshcat(
     Args:
         camera: where it stands [m].
         target: what it looks at [m].
-        host: address at which browsers are waited for, `*` for every one that this machine has; by
-            default programs of this machine alone can connect.
+        host: address at which browsers can connect, `*` for all addresses of this machine; by
+            default only programs of this machine can connect.
 
     Raises:
         ConfigurationError: the host is no address of this machine.
@@ -49,16 +49,17 @@ def start_meshcat(
 
 
 def start_recording(meshcat: Meshcat) -> None:
-    """Has a Meshcat record what is drawn on it from now on, for a replay."""
+    """Lets a Meshcat record from now on, for a replay."""
     meshcat.StartRecording(frames_per_second=32.0, set_visualizations_while_recording=False)
 
 
 def stop_listening(meshcat: Meshcat) -> None:
-    """Has a Meshcat wait for browsers no longer; it draws and records all the same.
+    """Closes a Meshcat to browsers; it still draws and records.
 
-    Drake records on a Meshcat that listens as long as it lives, and it lives as long as the
-    process, for the diagram and the blocks that draw on it keep each other. So the socket is
-    replaced, under its number, which stays Drake's to close, by one that is connected to nothing.
+    Drake's Meshcat listens as long as it lives. It lives as long as the process, because the
+    diagram and the blocks that draw on it keep each other alive. So this function puts an
+    unconnected socket in the place of the listening one. It keeps the descriptor's number, which
+    Drake closes in the end.
     """
     (descriptor,) = (
         number for number in map(int, os.listdir("/dev/fd")) if _listens(number, meshcat.port())
@@ -69,11 +70,11 @@ def stop_listening(meshcat: Meshcat) -> None:
 
 def _listens(descriptor: int, port: int) -> bool:
     try:
-        # `fromfd` would leave its copy of what is no socket open.
+        # `fromfd` would leave its copy open if this is no socket.
         if not stat.S_ISSOCK(os.fstat(descriptor).st_mode):
             return False
         with socket.fromfd(descriptor, socket.AF_INET, socket.SOCK_STREAM) as copy:
             listens = copy.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
             return bool(listens) and copy.getsockname()[1:2] == (port,)
-    except OSError:  # it is closed again
+    except OSError:  # it has been closed meanwhile
         return False

@@ -23,8 +23,8 @@ __all__ = ["Event", "Outcome", "simulate"]
 
 _log = logging.getLogger("drake")
 
-# The simulation advances in chunks of this length [s], bar or no bar, so that both give the same
-# result to the bit.
+# The simulation advances in chunks of this length [s], with or without a progress bar, so that both
+# give the same result to the bit.
 _CHUNK = 0.1
 
 _TERMINATED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
@@ -35,7 +35,7 @@ class Event:
     """Something that happens to the diagram from outside, such as a grasp that opens.
 
     Attributes:
-        time: at which it happens [s]; at zero it is before the diagram is initialized.
+        time: when it happens [s]; an event at zero happens before the diagram is initialized.
         apply: changes the context of the whole diagram.
     """
 
@@ -74,16 +74,16 @@ def simulate(
     """Simulates a diagram from its default context.
 
     Args:
-        diagram: what is simulated.
+        diagram: the one to simulate.
         config: Drake's integrator and real-time settings.
         duration: time to reach [s], unless a system of the diagram ends the simulation before.
-        label: stands before the progress bar, which is shown on a terminal only.
+        label: text before the progress bar, which is shown only on a terminal.
         real_time: do not run faster than real time.
-        events: what happens on the way; the simulation stops at each for it.
-        wait: called between chunks; may pause the simulation, and returns whether it has.
+        events: events during the simulation, which stops at each of them.
+        wait: called between chunks; may pause the simulation, and returns whether it did.
 
     Returns:
-        The outcome; an error of a system or of Drake ends the simulation and is kept there.
+        The outcome; an error of a system or of Drake ends the simulation and is kept in it.
     """
     simulator = Simulator(diagram)
     outcome = Outcome(simulator.get_context())
@@ -121,7 +121,7 @@ def simulate(
 
 
 def _stops(duration: float, events: Sequence[Event]) -> Iterator[float]:
-    """Yields the times to which the simulation advances in turn: of chunks and of events."""
+    """Yields the times to which the simulation advances in turn: those of chunks and of events."""
     chunks = (_CHUNK * (k + 1) for k in range(int(duration / _CHUNK)))
     before = -math.inf
     times = sorted(event.time for event in events if event.time > 0.0)

@@ -23,7 +23,7 @@ __all__ = [
     "shade_phases",
 ]
 
-# By the kind of a figure's file its metadata: without a date, so that bytes repeat.
+# Metadata of a figure's file, by its kind: without a date, so that the bytes repeat.
 _KINDS: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}}
 
 # Colours for x, y, z; the dashes tell them apart without colour.
@@ -33,11 +33,11 @@ AXIS_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": (0, (2, 1))},
 )
 _PHASE_COLOURS = ("#00000008", "#00000014")
-# How much higher an axis becomes for upright names, so that they stand above the curves.
+# The factor by which an axis becomes higher for upright names, so that they stand above the curves.
 _ROOM = 1.2
-# A logarithmic axis that spans less than this has hardly two powers of ten.
+# A logarithmic axis that spans less than this factor may show only one power of ten.
 _FEW = 50.0
-# Powers of ten that are written out.
+# Powers of ten up to this one are written out.
 _PLAIN = 3
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Half of the least range that an axis shows, by the unit in its label.
@@ -50,12 +50,12 @@ def figure_style() -> AbstractContextManager[None]:
 
 
 def figure_files(*names: str) -> tuple[str, ...]:
-    """Returns the names of the files of figures: NAME.png and, for print, NAME.pdf."""
+    """Returns the names of figures' files: NAME.png and, for print, NAME.pdf."""
     return tuple(f"{name}.{kind}" for name in names for kind in _KINDS)
 
 
 def figure_contents(name: str, figure: Figure) -> Iterator[tuple[str, bytes]]:
-    """Yields name and content of each file of a figure; each time the same bytes."""
+    """Yields name and content of each file of a figure; the bytes are the same each time."""
     for file, (kind, metadata) in zip(figure_files(name), _KINDS.items(), strict=True):
         buffer = io.BytesIO()
         with figure_style():
@@ -64,7 +64,7 @@ def figure_contents(name: str, figure: Figure) -> Iterator[tuple[str, bytes]]:
 
 
 def make_logarithmic(axes: Axes, *names: str) -> None:
-    """Makes `x`, `y` or both logarithmic, with plain numbers: in this style a formula is a text."""
+    """Makes `x`, `y` or both logarithmic, with plain numbers: this style draws no formulas."""
     for name in names:
         axes.set(**{f"{name}scale": "log"})
         axis: Axis = {"x": axes.xaxis, "y": axes.yaxis}[name]
@@ -79,13 +79,13 @@ def _power(x: float) -> str:
 
 
 def _between(axis: Axis, x: float, _: object) -> str:
-    """Returns the text of a tick between two powers of ten, where these alone would be too few."""
+    """Returns the text of a tick between two powers of ten, where powers alone would be too few."""
     low, high = axis.get_view_interval()
     return f"{x:g}" if high < _FEW * low and f"{x:e}"[0] in "25" else ""
 
 
 def keep_noise_small(axes: Axes) -> None:
-    """Widens the range of an axis until what is below its quantity's floor looks like nothing."""
+    """Widens the range of an axis, so that values below its quantity's floor look like nothing."""
     unit = axes.get_ylabel().rpartition("[")[2].rstrip("]")
     low, high = axes.get_ylim()
     floor, middle = _FLOORS.get(unit, 0.0), (low + high) / 2
@@ -94,9 +94,9 @@ def keep_noise_small(axes: Axes) -> None:
 
 
 def shade_phases(axes: Axes, phases: list[tuple[str, float, float]], *, label: bool) -> None:
-    """Shades what is visible of a motion's phases; `label` writes their names.
+    """Shades the visible part of a motion's phases; `label` writes their names.
 
-    Many names are upright, and the axis is made higher for them.
+    If there are many names, they stand upright, and the axis becomes higher.
     """
     first, last = axes.get_xlim()
     upright = len(phases) > 3

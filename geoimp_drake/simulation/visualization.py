@@ -1,4 +1,4 @@
-"""What Meshcat shows besides the models: contact patches, the frames D, C, E and the wrench."""
+"""Additions to the models in Meshcat: contact patches, the frames D, C, E and the wrench."""
 
 import itertools
 from collections.abc import Mapping
@@ -47,7 +47,7 @@ _FORCE_SCALE, _MOMENT_SCALE = 0.005, 0.05  # [m/N, m/Nm]
 _FORCE_COLOUR, _MOMENT_COLOUR = Rgba(0.9, 0.62, 0.0), Rgba(0.8, 0.47, 0.65)
 _SMALLEST_ARROW = 1e-3  # [m]
 _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T  # of a box's corners (3×8)
-# From where models are seen whose hand is at +x, and from how many radii: Meshcat shows ±37.5°.
+# Direction of the camera for a hand at +x, and its distance in radii: Meshcat shows ±37.5°.
 _VIEW_FROM, _VIEW_DISTANCE = np.array([0.68, -0.68, 0.28]), 1.6
 
 
@@ -66,10 +66,10 @@ def add_visualization(
 
     Args:
         builder: of the diagram, which contains `scene_graph`.
-        scene_graph: what is drawn.
-        meshcat: where it is drawn.
-        plant: whose contacts are drawn.
-        frames: ports with frame motions by the frames' names.
+        scene_graph: has the models.
+        meshcat: shows them.
+        plant: the one whose contacts are drawn.
+        frames: ports with frame motions, by the frames' names.
         wrench: port with [moment; force] on the environment in W.
         at: name of the frame whose origin carries the arrows.
         step: of the simulation [s], by default the plant's; see `frame_period`.
@@ -93,10 +93,11 @@ def add_visualization(
 
 
 def frame_period(step: float) -> float:
-    """Returns the time between frames [s], 1/32 s at least: 2ⁿ steps.
+    """Returns the time between frames [s], at least 1/32 s: 2ⁿ steps.
 
-    The simulation stops for each frame. At a time at which it stops anyway, to the bit, a frame
-    changes nothing in it, and 2ⁿ · step times k is 2ⁿ k times the step without rounding.
+    The simulation stops for each frame. A frame changes nothing if the simulation stops at that
+    time anyway, to the bit. That holds here, since 2ⁿ · step times k is 2ⁿ k times the step without
+    rounding.
 
     Args:
         step: between times at which the simulation stops anyway [s]; 0 if there are none.
@@ -110,13 +111,13 @@ def frame_period(step: float) -> float:
 def frame_models(
     meshcat: Meshcat, plant: MultibodyPlant, scene_graph: SceneGraph, E: Frame
 ) -> None:
-    """Places Meshcat's camera so that all bodies but the world fill the view, beside the hand.
+    """Places Meshcat's camera beside the hand, so that all bodies except the world fill the view.
 
     Args:
-        meshcat: whose camera it is.
-        plant: finalized; its default positions are looked at.
+        meshcat: the one whose camera is placed.
+        plant: finalized, seen at its default positions.
         scene_graph: has the bodies' shapes.
-        E: of the hand, which is turned towards the camera by 45°.
+        E: frame of the hand, which is turned towards the camera by 45°.
     """
     context = plant.CreateDefaultContext()
     corners = _corners(plant, context, scene_graph.model_inspector())
@@ -191,7 +192,7 @@ class WrenchArrow(Block):
         self._draw_arrow("moment", p_WE, _MOMENT_SCALE * wrench[:3], context.get_time())
 
     def _draw_arrow(self, path: str, p_WE: Array, arrow: Array, time: float) -> None:
-        """Draws a vector [m] from E on; a short one is hidden."""
+        """Draws a vector [m] from E; hides a short one."""
         length = float(np.linalg.norm(arrow))
         visible = length > _SMALLEST_ARROW
         self._meshcat.SetProperty(path, "visible", visible, time)

@@ -1,1 +1,1 @@
-"""Functions w(q) of the posture that a redundant arm climbs or descends by (3.39), one per file."""
+"""Task functions w(q) that a redundant arm climbs or descends by (3.39), one per file."""

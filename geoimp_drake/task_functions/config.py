@@ -22,7 +22,7 @@ __all__ = ["KINDS", "TaskConfig", "TermConfig"]
 
 @dataclass
 class TermConfig:
-    """One task function. `kind` says which; the fields of other kinds are not used.
+    """One task function, chosen by `kind`; the fields of other kinds are not used.
 
     none: w = 0. joint-target, posture: descend them. manipulability, joint-limits, plane-distance:
     climb them.
@@ -30,12 +30,12 @@ class TermConfig:
 
     kind: str = "none"
     weight: float = 1.0  # factor of w
-    joints: list[str] = field(default_factory=list)  # names; joint-limits: all if none is named
+    joints: list[str] = field(default_factory=list)  # names; joint-limits: all if none is given
     target: Array = field(default_factory=lambda: np.zeros(1))  # of joint-target, one per joint
     initial: Array | None = None  # of joint-target; the posture at the start if not given
     start: float = 0.0  # of joint-target [s]
     duration: float = 4.0  # of joint-target [s]
-    margin: float = 0.2  # of joint-limits: the part of the half range that counts
+    margin: float = 0.2  # of joint-limits: the fraction of the half range that counts
     link: str = ""  # of plane-distance
     normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # in W
     offset: float = 0.0  # of plane-distance [m]
@@ -43,7 +43,7 @@ class TermConfig:
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it.
 
-        What depends on the arm (names, limits) is checked by `make`.
+        `make` checks what depends on the arm (names, limits).
         """
         choice(self.kind, key(name, "kind"), MAKERS)
 

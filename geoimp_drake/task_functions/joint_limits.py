@@ -15,10 +15,10 @@ __all__ = ["JointLimitDistance"]
 class JointLimitDistance:
     """w = −½ Σ z_i², z_i = max(0, |x_i| − 1 + m)/m; climb it (k_β > 0).
 
-    x_i is the joint's position, −1 and 1 at its limits. The outermost part m of each half range
-    counts: with m = 1 all of it (w is then the usual quadratic distance from mid-range), with a
-    small m the arm is free until it comes near a limit. The gradient is continuous. Joints without
-    finite limits do not count.
+    x_i is the joint's position, −1 and 1 at its limits. Only the outermost fraction m of each half
+    range counts. With m = 1 all of it counts, and w is the usual quadratic distance from mid-range.
+    With a small m the arm is free until it comes near a limit. The gradient is continuous. Joints
+    without finite limits do not count.
 
     Args:
         model: the arm.
@@ -26,8 +26,8 @@ class JointLimitDistance:
         margin: m, between 0 and 1.
 
     Raises:
-        ConfigurationError: an unknown joint or one without limits (the valid ones are listed), or
-            a margin that cannot be used.
+        ConfigurationError: a joint is unknown or has no limits (the message lists the valid ones),
+            or the margin cannot be used.
     """
 
     def __init__(self, model: ControlModel, joints: Sequence[str] = (), margin: float = 0.2):

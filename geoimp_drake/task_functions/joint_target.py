@@ -18,21 +18,21 @@ __all__ = ["JointTarget"]
 class JointTarget:
     """w = ½ Σ (q_i − q_di(t))² over the chosen joints; descend it (k_β < 0).
 
-    q_d runs from the initial to the target value along a fifth-order polynomial of time with zero
-    end velocities and accelerations; before it q_d is the initial value, after it the target.
-    (3.39) makes the joints trail q_d like a first-order lag, of 1/|k_β| times an inertia.
+    q_d runs from the initial to the target value along a fifth-order polynomial of time, with zero
+    end velocities and accelerations. Before that, q_d is the initial value, and afterwards the
+    target. By (3.39) the joints trail q_d like a first-order lag, of 1/|k_β| times an inertia.
 
     Args:
         model: the arm.
         joints: names of the chosen joints.
-        target: where they go, one each [rad or m].
-        initial: where q_d begins; their positions when the simulation is initialized, unless given.
+        target: end values of q_d, one each [rad or m].
+        initial: where q_d begins; by default the positions when the simulation is initialized.
         start: when the trajectory begins [s].
         duration: how long it takes [s].
 
     Raises:
-        ConfigurationError: an unknown joint (the valid ones are listed), a target outside its
-            joint's limits, or a number that cannot be used.
+        ConfigurationError: a joint is unknown (the message lists the valid ones), a target is
+            outside its joint's limits, or a number cannot be used.
     """
 
     def __init__(

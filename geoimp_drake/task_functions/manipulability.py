@@ -14,12 +14,12 @@ __all__ = ["Manipulability"]
 class Manipulability:
     """w = √det(JJᵀ), zero at singularities; climb it (k_β > 0).
 
-    Its gradient is ∂w/∂q_i = w tr(J⁺ ∂J/∂q_i) with J⁺ = Jᵀ(JJᵀ)⁻¹. J is the geometric Jacobian of
-    E in SI units: w weighs rotations against translations, and a track against turning joints, as
-    rad and m happen to do.
+    Its gradient is ∂w/∂q_i = w tr(J⁺ ∂J/∂q_i) with J⁺ = Jᵀ(JJᵀ)⁻¹. J is the geometric Jacobian of E
+    in SI units. So the choice of rad and m sets the weight of rotations against translations, and
+    of a track against revolute joints.
 
     Raises:
-        SingularityError: J is exactly singular, where w has no gradient.
+        SingularityError: J is exactly singular, so that w has no gradient.
     """
 
     def evaluate(self, instant: Instant) -> TaskValue:

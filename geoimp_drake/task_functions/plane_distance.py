@@ -22,11 +22,11 @@ class PlaneDistance:
         model: the arm.
         link: name of the link.
         normal: n, out of the plane, in W; of any length.
-        offset: d, the plane is n·x = d with n of unit length [m].
+        offset: d; the plane is n·x = d with n of unit length [m].
 
     Raises:
-        ConfigurationError: an unknown link (the valid ones are listed), a normal that is zero, or
-            an offset that is not finite.
+        ConfigurationError: the link is unknown (the message lists the valid ones), the normal is
+            zero, or the offset is not finite.
     """
 
     def __init__(self, model: ControlModel, link: str, normal: Array, offset: float = 0.0):

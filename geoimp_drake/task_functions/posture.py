@@ -1,4 +1,4 @@
-"""The posture at the start, to which the null-space motion goes back."""
+"""The posture at the start, to which the null-space motion returns."""
 
 import numpy as np
 
@@ -11,15 +11,15 @@ from geoimp_drake.typing import Array
 
 __all__ = ["POSTURE_RATE", "Posture"]
 
-# With the default κ, gravity of links 10 % heavier moves a posture by less than 0.02 rad [1/s].
+# With the default κ, links that are 10 % heavier move a posture by less than 0.02 rad [1/s].
 POSTURE_RATE = 30.0
 
 
 class Posture:
     """w = ½ (q − q_0)ᵀB(q_0)(q − q_0), q_0 the posture at the start; descend it (k_β < 0).
 
-    Scaled by the joint inertia: near q_0 (3.39) is β = k_β (q − q_0), so that −k_β is the rate at
-    which the posture comes back [1/s], for an arm of any size.
+    The joint inertia scales it: near q_0 (3.39) is β = k_β (q − q_0). So −k_β is the rate at which
+    the posture returns [1/s], for an arm of any size.
 
     Args:
         model: the arm.
@@ -29,14 +29,14 @@ class Posture:
         self._plant = model.plant
         self._context = model.plant.CreateDefaultContext()
         n = model.num_joints
-        # The last q_0 with its inertia: what follows from an argument is no state.
+        # The last q_0 with its inertia. It follows from an argument, and so is no state.
         self._start, self._inertia = np.full(n, np.nan), np.zeros((n, n))
         self._known = b""
         self._x, self._gradients = np.zeros(2 * n), np.zeros((2, n))
         self._law = bound(kept_posture, self._inertia, self._start, self._x, self._gradients)
 
     def evaluate(self, instant: Instant) -> TaskValue:
-        """Returns w and its derivatives; NaN for what is no posture, which others refuse."""
+        """Returns w and its derivatives; NaN for a posture with NaN, which others refuse."""
         n = len(instant.q)
         self._take(instant.start_posture)
         self._x[:n], self._x[n:] = instant.q, instant.v

@@ -1,4 +1,4 @@
-"""What a task function is given and what it returns."""
+"""The arguments and the results of a task function."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,10 +69,10 @@ class NoTask:
 
 
 def joint_index(model: ControlModel, name: str) -> int:
-    """Returns the place of a joint in the vectors of the model.
+    """Returns the index of a joint in the vectors of the model.
 
     Raises:
-        ConfigurationError: there is no such joint; the message lists those that there are.
+        ConfigurationError: there is no such joint; the message lists the valid ones.
     """
     if name not in model.joint_names:
         raise unknown_name(name, "joint", model.joint_names)

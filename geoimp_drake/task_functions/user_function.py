@@ -12,7 +12,7 @@ from geoimp_drake.typing import Array
 __all__ = ["UserFunction"]
 
 _STEP = 1e-5  # of the check's central differences [rad or m]
-_TOLERANCE = 1e-5  # relative: what their truncation and rounding leave
+_TOLERANCE = 1e-5  # relative: their truncation and rounding error
 _HALF_STEP = 3e-5  # of the rates' central differences [s]
 _CHECKS = 3
 
@@ -20,7 +20,7 @@ _CHECKS = 3
 class UserFunction:
     """w(t, q), given as two callables: its value and its gradient ∂w/∂q.
 
-    The gradient is compared once, when this object is made, with central differences of the value
+    When this object is made, it compares the gradient once with central differences of the value,
     at random postures within the joint limits. Rates are central differences along the motion.
 
     Args:
@@ -29,7 +29,7 @@ class UserFunction:
         gradient: ∂w/∂q (t, q), shape (n,).
 
     Raises:
-        ConfigurationError: the gradient has another shape, or is not that of the value; the message
+        ConfigurationError: the gradient has a wrong shape, or is not that of the value; the message
             names the joint and both numbers.
     """
 
@@ -82,7 +82,7 @@ class UserFunction:
 
 
 def _postures(model: ControlModel) -> list[Array]:
-    """Returns random postures well within the limits; a joint without limits is taken as ±π."""
+    """Returns random postures well within the limits; a joint without limits gets ±π."""
     lower = np.maximum(model.plant.GetPositionLowerLimits(), -np.pi)
     upper = np.minimum(model.plant.GetPositionUpperLimits(), np.pi)
     rng = np.random.default_rng(0)

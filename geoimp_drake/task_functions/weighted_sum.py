@@ -17,7 +17,7 @@ class WeightedSum:
         terms: weight and task function of each.
 
     Raises:
-        ConfigurationError: no terms, or a weight that is not finite.
+        ConfigurationError: there are no terms, or a weight is not finite.
     """
 
     def __init__(self, terms: Sequence[tuple[float, TaskFunction]]):

@@ -1,4 +1,4 @@
-"""Checks of what a user writes into a configuration; each error names the field and the number."""
+"""Checks of a user's configuration; each error names the field and the number."""
 
 from geoimp_drake.validation.values import (
     LARGEST,

@@ -1,8 +1,8 @@
 """Checks of single numbers, arrays and texts; each error names the field and the number.
 
-No number is larger than 10¹², and none that must be positive smaller than 10⁻¹²: SI units leave
-that much room, and squares and quotients stay numbers. A text is a name: 100 characters at most,
-all printable.
+No number may be larger than 10¹², and no positive number smaller than 10⁻¹². SI units leave that
+much room, and squares and quotients stay finite. A text is a name: 100 characters at most, all
+printable.
 """
 
 import difflib
@@ -37,7 +37,7 @@ __all__ = [
     "whole_number",
 ]
 
-# Of the largest entry: what is left of symmetry after products of single precision.
+# Error of symmetry after products in single precision, as a fraction of the largest entry.
 _SYMMETRY_TOLERANCE = 1e-6
 
 LARGEST = 1e12
@@ -54,7 +54,7 @@ _QUOTES.maxlist = _QUOTES.maxtuple = 36
 
 
 def quoted(value: Any) -> str:
-    """Returns what a user wrote as it stands in an error: in one line, its middle left out."""
+    """Returns what a user wrote in the form for an error: on one line, with its middle left out."""
     return _QUOTES.repr(value)
 
 
@@ -73,7 +73,7 @@ def check_text(text: str, path: str, longest: int) -> None:
 
 
 def check_size(array: Array, name: str, *, unbounded: bool = False) -> None:
-    """Raises ConfigurationError if a number is not finite, unless it may be, or too large."""
+    """Raises ConfigurationError if a number is too large, or not finite and not `unbounded`."""
     if not np.isfinite(array).all() and not (unbounded and not np.isnan(array).any()):
         raise ConfigurationError(f"{name} is {quoted(array.tolist())}; it must be finite.")
     if (np.isfinite(array) & (np.abs(array) > LARGEST)).any():
@@ -105,7 +105,7 @@ def _after(unit: str) -> str:
 def positive_vector(value: Array, name: str, size: int | None = None) -> Array:
     """Returns a vector of positive numbers, of `size` or any; raises ConfigurationError for others.
 
-    They are from 1e-12 to 1e12.
+    The numbers must be from 1e-12 to 1e12.
     """
     vector = finite_vector(value, name, np.size(value) if size is None else size)
     if not (vector >= _SMALLEST).all():
@@ -150,7 +150,8 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
         size: of the matrix.
 
     Raises:
-        ConfigurationError: wrong shape, NaN or infinite, not symmetric, or not positive definite.
+        ConfigurationError: the matrix has a wrong shape, is not finite, not symmetric, or not
+            positive definite.
     """
     given = _numbers(value, name, f"one number, {size} numbers or a {size}×{size} matrix")
     check_size(given, name)
@@ -176,10 +177,10 @@ def spd_matrix(value: Array, name: str, size: int = 3) -> Array:
 
 
 def symmetric(matrix: Array, name: str) -> Array:
-    """Returns a square matrix with what rounding left of asymmetry taken out.
+    """Returns a square matrix without the asymmetry that rounding left.
 
     Raises:
-        ConfigurationError: more than that is there.
+        ConfigurationError: the asymmetry is larger than that.
     """
     asymmetry = np.abs(matrix - matrix.T).max()
     if asymmetry > _SYMMETRY_TOLERANCE * np.abs(matrix).max():
@@ -204,7 +205,7 @@ def choice(value: str, name: str, valid: Iterable[str]) -> None:
 
 
 def unknown_name(value: str, name: str, valid: Iterable[str]) -> ConfigurationError:
-    """Returns the error for a name that is not known: the valid ones, the nearest first of all."""
+    """Returns the error for an unknown name; it lists the valid ones, the nearest first."""
     names = sorted(valid)
     near = difflib.get_close_matches(value, names, n=1)
     hint = f" Did you mean '{near[0]}'?" if near else ""

@@ -1,7 +1,7 @@
 """One walk through a configuration; names and types of fields follow from the annotations.
 
-A configuration is a plain dataclass. `check` walks through it and all that it contains; the rest is
-what each dataclass's `validate` says of its own fields.
+A configuration is a plain dataclass. `check` walks through it and all that it contains. Each
+dataclass's `validate` adds rules for its own fields.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ __all__ = [
     "without_optional",
 ]
 
-# Metadata of a field that may be infinite, and of one whose texts are paths, longer than names.
+# Metadata of a field that may be infinite, and of one whose texts are paths, which may be longer.
 UNBOUNDED = {"unbounded": True}
 PATH = {"path": True}
 
@@ -51,18 +51,18 @@ _WANTED = {
 def check(config: Any, path: str = "") -> None:
     """Raises ConfigurationError if a configuration, or one that it contains, cannot be used.
 
-    A dataclass may have a `validate(name)` for its own fields and the rules between them; what it
-    contains has been checked by then.
+    A dataclass may have a `validate(name)` for its own fields and the rules between them. Its parts
+    have been checked by then.
 
     Args:
         config: a dataclass.
-        path: its key in what the user wrote, put before the names of its fields.
+        path: its key in the user's text, put before the names of its fields.
     """
     _walk(type(config), config, path, data=False)
 
 
 def check_data(schema: Any, data: Any, path: str = "") -> None:
-    """Raises ConfigurationError where YAML's data do not fit a schema; keys may be left out."""
+    """Raises ConfigurationError if YAML's data do not fit a schema; keys may be missing."""
     _walk(schema, data, path, data=True)
 
 
@@ -142,7 +142,7 @@ def _expect(value: Any, kind: type | tuple[type, ...], wanted: str, path: str) -
 
 
 def _parts(value: Any, fields: dict[str, Any]) -> dict[str, Any]:
-    """Returns what a configuration has, by name; Drake's have nothing but their fields."""
+    """Returns the parts of a configuration by name; Drake's have only their fields."""
     if isinstance(value, dict):
         return value
     if hasattr(value, "__dict__"):
@@ -179,7 +179,7 @@ def _check_value(kind: Any, value: Any, path: str, marks: Mapping[Any, Any]) -> 
 
 
 def _check_datum(kind: Any, datum: Any, path: str, marks: Mapping[Any, Any]) -> None:
-    """Does as `_check_value` with YAML's freedom: 1e-3 is a text there, for want of a point."""
+    """Does the same as `_check_value` for YAML data, in which 1e-3 is a text: it has no point."""
     if kind not in (bool, int, str) and not isinstance(datum, bool):
         with contextlib.suppress(TypeError, ValueError, OverflowError):
             datum = np.asarray(datum, dtype=float).tolist()
