@@ -83,8 +83,8 @@ class Encounter:
 def contact_metrics(times: Array, force: Array, touch: float) -> dict[str, float]:
     """Returns `peak_force` and `steady_force` [N], and `settling` [s].
 
-    Settling is the time from the instant when D is in the wall until the force stays within 2 % of
-    its mean over the last second. It is infinite if the force does not settle.
+    Settling is the time from when D is in the wall until the force stays within 2 % of its mean
+    over the last second. It is infinite if the force does not settle.
 
     Args:
         times: of the samples (n) [s].

@@ -25,7 +25,7 @@ def minimize(
     sigma: float,
     population: int | None = None,
 ) -> None:
-    """Lets CMA-ES search the minimum of a function; `evaluate` sees all that it finds.
+    """Lets CMA-ES search for the minimum of a function; `evaluate` sees all that it tries.
 
     Args:
         evaluate: returns the values at some points, each (n,), in the unit cube.

@@ -47,8 +47,8 @@ def compare_families(
         out: folder to write into.
 
     Returns:
-        The claims of each family, the claims across families, the files that were written, and
-        what stopped a family's simulation, by family.
+        The claims of each family, the claims across families, the files that were written, and the
+        errors that stopped simulations by family.
 
     Raises:
         ConfigurationError: a scenario or the folder cannot be used; nothing has been written.
@@ -83,9 +83,9 @@ def compare_runs(
     Args:
         name: of the experiment.
         comparison: its curves and claims across runs.
-        runs: that are compared.
+        runs: those to compare.
         out: folder to write into.
-        kind: what they differ in, in words.
+        kind: their difference, in words.
 
     Returns:
         The claims, and the files that were written.
@@ -110,8 +110,8 @@ def comparison_figure(
     Args:
         name: of the experiment.
         comparison: its curves.
-        runs: that are compared.
-        kind: what they differ in, in words.
+        runs: those to compare.
+        kind: their difference, in words.
     """
     with figure_style():
         panels = {run: comparison.curves(*runs[run]) for run in runs}

@@ -6,7 +6,7 @@ __all__ = ["fastest_form"]
 
 
 def fastest_form() -> dict[str, str]:
-    """Returns a layer of a scenario with the form of its controller that runs fastest here.
+    """Returns a layer of a scenario with the controller's form that runs fastest here.
 
     A scenario file or an override that names a form comes after it, and wins.
     """

@@ -1,4 +1,4 @@
-"""What many runs have finished, kept so that it outlives the process: one JSON line a task."""
+"""The finished tasks of many runs, kept beyond the life of the process: one JSON line a task."""
 
 import errno
 import fcntl
@@ -32,7 +32,7 @@ class Finished:
     Attributes:
         result: what the task returned, None if it failed.
         error: why it failed, in one line; None if it did not.
-        wall_time: that it took [s].
+        wall_time: duration of the task [s].
     """
 
     result: Any
@@ -43,14 +43,14 @@ class Finished:
 class Journal:
     """A file whose first line is the plan and each other line a finished task.
 
-    A line that was cut off, as by a killed process, does not count and is removed before the next
-    is added. A line that is damaged, as by a disk, is skipped with a warning. While the journal is
-    open (as a context), no other process can open it.
+    A line that was cut off, for instance by a killed process, does not count; it is removed before
+    the next is added. A damaged line, for instance by a faulty disk, is skipped with a warning.
+    While the journal is open (as a context), no other process can open it.
 
     Args:
         path: of the file; it and its folder are made when the journal is opened.
-        plan: what is run, as JSON data. A file of another plan is refused.
-        fields: types of what a task returns, a mapping, by key; None for any JSON data.
+        plan: the plan of the runs, as JSON data. A file of another plan is refused.
+        fields: types of a task's results by key; None for any JSON data.
     """
 
     def __init__(self, path: Path, plan: Mapping[str, Any], fields: Fields | None = None):
@@ -91,7 +91,7 @@ class Journal:
     def __enter__(self) -> Self:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            # Without a buffer: what finds no room must not be tried again at the end.
+            # Without a buffer: data that found no room must not be written again at the end.
             self._file = io.FileIO(self._path, "ab", opener=_open_no_link)
         except OSError as error:
             raise ConfigurationError(
@@ -115,7 +115,7 @@ class Journal:
         """Writes a finished task to the disk at once.
 
         Raises:
-            OutputError: that is not possible, as on a full disk; what was written before is kept.
+            OutputError: the disk is full, for instance; lines written before are kept.
         """
         self._write({"key": key, **asdict(finished)})
 
@@ -139,12 +139,12 @@ class Journal:
             raise OutputError(f"{self._path} cannot be written: {error.strerror}.") from error
 
     def _entry(self, line: bytes) -> tuple[str, Finished] | None:
-        """Returns key and ending of a task as a line has them; None if the line is damaged."""
+        """Returns key and result of a task from a line; None if the line is damaged."""
         try:
             record = json.loads(line)
             key = record.pop("key")
             finished = Finished(**record)
-            json.dumps([key, record], ensure_ascii=False).encode()  # no half of a character
+            json.dumps([key, record], ensure_ascii=False).encode()  # refuses half a character
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             return None
         fits = isinstance(key, str) and isinstance(finished.wall_time, int | float)
@@ -160,7 +160,7 @@ class Journal:
         )
 
     def _check(self, plan: Any) -> None:
-        """Raises ConfigurationError, naming what differs, unless the file's plan is this one."""
+        """Raises ConfigurationError, with the differences, unless the file's plan is this one."""
         differing = list(_differences(plan, self._plan))
         if differing:
             more = f" (and {len(differing) - 3} more)" if len(differing) > 3 else ""
@@ -175,12 +175,12 @@ def _open_no_link(path: str, flags: int) -> int:
 
 
 def _whole_lines(content: bytes) -> list[bytes]:
-    """Returns all lines but one that was cut off."""
+    """Returns all lines except one that was cut off."""
     return [line + b"\n" for line in content.split(b"\n")[:-1]]
 
 
 def _plan_in(line: bytes, path: Path) -> Any:
-    """Returns the plan that a journal's first line has."""
+    """Returns the plan in a journal's first line."""
     try:
         return json.loads(line)["plan"]
     except (ValueError, TypeError, KeyError, RecursionError):

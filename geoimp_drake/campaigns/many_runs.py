@@ -1,7 +1,7 @@
 """Many independent runs on Dask: each task once, even if processes are killed meanwhile.
 
-A task is anything that a function turns into JSON data in a process of its own. What has finished
-is in a journal at once; started again with the same journal, only the missing tasks are run.
+A task is anything that a function turns into JSON data in a process of its own. A journal takes
+each finished task at once. Started again with the same journal, only the missing tasks run.
 """
 
 import asyncio
@@ -26,7 +26,7 @@ from geoimp_drake.validation import whole_number
 
 __all__ = ["check_jobs", "run_many"]
 
-# One thread a process: the matrices are small, and as many processes as cores are asked for.
+# One thread a process: the matrices are small, and there are as many processes as cores.
 _THREAD_SETTINGS = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
@@ -34,23 +34,24 @@ _THREAD_SETTINGS = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMBA_NUM_THREADS",
 )
-# Drake's steps allocate much. glibc keeps 1000 freed blocks of a size at hand instead of 7, as
-# a step in contact frees hundreds at once, and uses large pages where the kernel has them.
+# Drake's steps allocate much, and a step in contact frees hundreds of blocks at once. So glibc
+# keeps 1000 freed blocks of a size at hand instead of 7. It uses large pages where the kernel has
+# them.
 _ALLOCATOR = {"GLIBC_TUNABLES": "glibc.malloc.tcache_count=1000:glibc.malloc.hugetlb=1"}
-# A Ctrl-C reaches every process of the terminal; the one that was started ends the others.
+# A Ctrl-C reaches every process of the terminal; only the first one reacts, and ends the others.
 _IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 _LOCAL = {
-    # Dask keeps a task that was lost with its process apart from those that merely waited there
-    # only if none waits there.
+    # A task that was lost with its process must not be confused with tasks that merely waited
+    # there. For Dask to tell them apart, no task may wait there.
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.scheduler.allowed-failures": 3,
     # A variable that the user has set stays as it is.
     "distributed.nanny.pre-spawn-environ": dict.fromkeys(_THREAD_SETTINGS, "1") | _ALLOCATOR,
-    # What Dask measures of itself, every 10 and 20 ms in each of its processes, takes the time of
-    # the tasks where every core has one.
+    # Every 10 and 20 ms Dask measures itself in each of its processes. If every core has a task,
+    # that takes time from the tasks.
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
-    # Its pages about tasks and processes ask nobody who they are.
+    # Its pages about tasks and processes have no access control.
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
@@ -72,9 +73,9 @@ def run_many(
 ) -> dict[str, Finished]:
     """Runs a function on every task that is not in the journal yet.
 
-    A task that raises is finished, with its error. Where the machine is the cause, or the task
-    repeatedly takes its process down, the error is not put into the journal, so that the next start
-    tries the task again.
+    A task that raises is finished, with its error. If the machine is the cause, or the task
+    repeatedly takes its process down, the journal does not get the error. The next start then tries
+    the task again.
 
     Args:
         tasks: by key.
@@ -82,22 +83,23 @@ def run_many(
             data.
         jobs: processes on this machine, one thread each.
         journal: file for what has finished.
-        plan: JSON data that says what the tasks are. A journal of another plan is refused; one
-            with fewer or more tasks of the same plan is not.
+        plan: JSON data that describe the tasks. A journal of another plan is refused; one with
+            fewer or more tasks of the same plan is not.
         scheduler: address of a Dask scheduler whose workers are used instead of own processes.
-        label: name of the command; stands before the progress bar and in errors.
-        fields: types of what `function` returns, a mapping, by key; a line of the journal that does
-            not fit is skipped. None for any JSON data.
-        is_current: takes the key of a task in the journal and how it ended. If it returns False,
-            the task is run again.
+        label: name of the command, for the progress bar and errors.
+        fields: types of the results of `function` by key; a line of the journal that does not fit
+            is skipped. None for any JSON data.
+        is_current: takes the key of a task in the journal and its result. If it returns False, the
+            task runs again.
 
     Returns:
-        How every task ended, in the order of `tasks`.
+        The result of every task, in the order of `tasks`.
 
     Raises:
-        ConfigurationError: fewer than one job, an extra is missing, the scheduler does not answer,
-            or the journal cannot be used; nothing has been written. Or the scheduler is lost later.
-        OutputError: the disk is full; what had ended before is kept.
+        ConfigurationError: there is less than one job, an extra is missing, the scheduler does not
+            answer, or the journal cannot be used. Nothing has been written then. Or the scheduler
+            is lost later.
+        OutputError: the disk is full; tasks that had ended before are kept.
     """
     check_jobs(jobs, label)
     book = Journal(journal, plan, fields)
@@ -144,11 +146,11 @@ def _client(jobs: int, scheduler: str | None) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _local_cluster(jobs: int) -> Iterator[Any]:
-    """Yields processes that obey nobody else.
+    """Yields processes that accept orders from nobody else.
 
-    A scheduler or a process of Dask's runs whatever code it is sent, and every user of the machine
-    reaches loopback. Here each end of a connection shows that it has the key of this cluster, which
-    is made for it and handed on through pipes.
+    A scheduler or a process of Dask's runs any code that it is sent, and every user of the machine
+    reaches loopback. Here each end of a connection proves that it has the key of this cluster. The
+    key is made for this cluster and passed on through pipes.
     """
     import dask
     from distributed import LocalCluster, Security
@@ -175,7 +177,7 @@ def _local_cluster(jobs: int) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _same_variables() -> Iterator[None]:
-    """Removes what Dask adds to this process's environment for the processes that it starts."""
+    """Removes the variables that Dask adds to this process's environment for its processes."""
     before = set(os.environ)
     try:
         yield
@@ -185,7 +187,7 @@ def _same_variables() -> Iterator[None]:
 
 
 def _client_of(scheduler: Any, **options: Any) -> Any:
-    """Returns a client that is not what Dask computes with by default: xarray would look for it."""
+    """Returns a client that is not Dask's default one, which xarray would use."""
     from distributed import Client
 
     return Client(scheduler, set_as_default=False, **options)
@@ -214,10 +216,10 @@ def _connected(address: str) -> Any:
 def _run(
     client: Any, tasks: Mapping[str, Any], function: Callable[[Any], Any]
 ) -> Iterator[tuple[str, Finished, bool]]:
-    """Yields each task's key as it ends, how it ended, and whether that is final."""
+    """Yields each task's key when it ends, its result, and whether that is final."""
     from distributed import as_completed
 
-    # Another client of the same scheduler must not be given these results for its own tasks.
+    # Another client of the same scheduler must not get these results for its own tasks.
     run = uuid.uuid4().hex
     futures = {
         client.submit(_attempt, function, task, key=f"{run}-{key}", pure=False): key
@@ -228,9 +230,9 @@ def _run(
 
 
 def _attempt(function: Callable[[Any], Any], task: Any) -> tuple[Finished, bool]:
-    """Runs one task, in a process of Dask's; what it says on stderr is not shown.
+    """Runs one task, in a process of Dask's; its output on stderr is not shown.
 
-    Returns how it ended, and whether that is final.
+    Returns its result, and whether that is final.
     """
     start = time.perf_counter()
     result, error, final = None, None, True
@@ -245,9 +247,9 @@ def _attempt(function: Callable[[Any], Any], task: Any) -> tuple[Finished, bool]
 
 
 def _is_of_the_machine(error: BaseException | None) -> bool:
-    """Whether an error began with a package, a file, room or memory that is missing here.
+    """Returns whether an error began with a missing package or file, or a lack of room or memory.
 
-    It may be there another time, whatever error of this library was made of it.
+    Such a cause may pass, whatever error of this library followed from it.
     """
     while error is not None:
         if isinstance(error, OSError | ImportError | MemoryError):
@@ -257,7 +259,7 @@ def _is_of_the_machine(error: BaseException | None) -> bool:
 
 
 def _ending(future: Any) -> tuple[Finished, bool]:
-    """Returns how a task ended; not final if the task did not even come to return."""
+    """Returns a task's result; it is not final if the task never came to return."""
     from distributed import KilledWorker
 
     try:
@@ -269,13 +271,13 @@ def _ending(future: Any) -> tuple[Finished, bool]:
         raise ConfigurationError(
             "The scheduler was lost. What has finished is kept: start the same again."
         ) from None
-    except Exception as error:  # as a result that cannot be sent
+    except Exception as error:  # for instance a result that cannot be sent
         why = f"{type(error).__name__}: {one_line(error)}"
     return Finished(None, why, 0.0), False
 
 
 def _with_progress(ended: Iterator[Any], total: int, missing: int, label: str) -> Iterator[Any]:
-    """Passes on what has ended, with a progress bar on a terminal."""
+    """Passes finished tasks on, with a progress bar on a terminal."""
     with tqdm(
         ended, label, total, initial=total - missing, unit="run", disable=not sys.stderr.isatty()
     ) as bar:

@@ -31,7 +31,7 @@ _STYLES = {
     NOT_REACHED: "open",
     REPORTED: "open",
 }
-# What a run leaves besides figures, with the words of its link.
+# The files of a run besides figures, with the words of their links.
 _LINKS = {
     "replay.html": "replay",
     "log.npz": "log",
@@ -49,12 +49,12 @@ def check_report(label: str) -> None:
 def write_report(reproduction: Reproduction, folder: Path, page: Page) -> None:
     """Writes the page; figures and files are linked relative to its folder.
 
-    Nothing in it depends on when or how fast things ran: the same results give the same page.
+    Nothing in it depends on dates or speeds: the same results give the same page.
 
     Args:
         reproduction: its results.
         folder: to write into.
-        page: what it has besides.
+        page: its title and further contents.
     """
     import jinja2
 
@@ -70,7 +70,7 @@ def write_report(reproduction: Reproduction, folder: Path, page: Page) -> None:
 
 
 def _contents(reproduction: Reproduction) -> dict[str, Any]:
-    """Returns what the template shows."""
+    """Returns the data for the template."""
     counts = reproduction.count()
     return {
         "counts": [
@@ -149,7 +149,7 @@ def _comparison(result: StudyResult) -> dict[str, Any] | None:
 
 
 def _tables(tables: Iterable[Table]) -> list[dict[str, Any]]:
-    """Returns tables with every cell as words and where they lead, if anywhere."""
+    """Returns tables; every cell has words and the address of a link, if there is one."""
     return [
         {
             "title": table.title,

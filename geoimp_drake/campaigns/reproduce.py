@@ -1,4 +1,4 @@
-"""Every experiment with every variant that its figures need: one folder, one page about it.
+"""Runs every experiment with every variant that its figures need: one folder, one page about it.
 
 ```
  OUT/report.html
@@ -65,25 +65,26 @@ def reproduce(
 ) -> Reproduction:
     """Runs what `out` does not have yet, compares the variants and writes the report.
 
-    A run counts as done if it has ended, its files are as it left them, and neither its scenario
-    nor this library has changed since.
+    A run counts as done if it has ended and its files are as it left them. Neither its scenario nor
+    this library may have changed since.
 
     Args:
-        studies: what is run.
+        studies: the experiments to run.
         out: folder to write into; made if need be.
         jobs: processes on this machine.
-        duration: simulated time of every run [s], in the place of the scenarios' own.
-        seed: of the sensors' noise, in the place of the scenarios' own.
-        sections: that are run besides.
-        page: what the report has besides results.
+        duration: simulated time of every run [s], instead of the scenarios' own.
+        seed: of the sensors' noise, instead of the scenarios' own.
+        sections: further ones to run.
+        page: the report's title and further contents.
 
     Raises:
         ConfigurationError: an option or the folder cannot be used, or an extra is missing; nothing
             has been written.
-        OutputError: the disk is full; the message says what is missing, what found room is kept.
+        OutputError: the disk is full; the message names the missing runs, the others are kept.
     """
     label = f"geoimp {page.command}"
-    # The journal is the command's; whether a run in it still counts is decided run by run.
+    # The journal belongs to the command; `is_current` decides for each run in it if it still
+    # counts.
     plan = {"command": page.command}
     check_report(label)
     check_jobs(jobs, label)
@@ -147,7 +148,7 @@ def _runs(studies: Sequence[Study], out: Path, overrides: tuple[str, ...]) -> di
 
 
 def _compile_laws(missing: Sequence[StudyRun]) -> None:
-    """Has the control laws compiled, if numba is there, so that two processes do not do it at once.
+    """Compiles the control laws, if numba is installed, so that two processes do not do so at once.
 
     Each set-up with each scheme and orientation family has laws of its own; one step of it compiles
     them.
@@ -172,7 +173,7 @@ def _compile_laws(missing: Sequence[StudyRun]) -> None:
 
 
 def _result(study: Study, out: Path, finished: dict[str, Finished]) -> StudyResult:
-    """Returns what a study's runs have left, with the comparison made of it."""
+    """Returns the results of a study's runs, with their comparison."""
     variants = tuple(
         VariantResult.of(variant, out / study.name, finished[f"{study.name}/{variant.name}"])
         for variant in study.variants

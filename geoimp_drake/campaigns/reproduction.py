@@ -1,4 +1,4 @@
-"""What a reproduction has left: runs, comparisons, tables, and the verdict on every claim."""
+"""The results of a reproduction: runs, comparisons, tables, and the verdict on every claim."""
 
 import json
 from collections import Counter
@@ -23,7 +23,7 @@ __all__ = [
     "format_reproduction",
 ]
 
-CONTRAST = "broken on purpose"  # by a variant that shows what happens otherwise
+CONTRAST = "broken on purpose"  # by a variant that shows what would happen otherwise
 
 
 class Judged(NamedTuple):
@@ -39,11 +39,11 @@ class VariantResult:
     """One run.
 
     Attributes:
-        variant: that was run.
+        variant: the one that was run.
         folder: of its files.
         files: their names; none if the run could not start.
         claims: judged from its log.
-        failure: what stopped it, if anything did.
+        failure: the error that stopped it, if any.
         seed: of the sensors' noise; None if the run could not start.
     """
 
@@ -83,7 +83,7 @@ class StudyResult:
     """An experiment with its runs.
 
     Attributes:
-        study: that was run.
+        study: the one that was run.
         variants: its runs.
         across: claims across the runs.
         files: of the comparison.
@@ -103,7 +103,7 @@ class StudyResult:
 
 @dataclass(frozen=True)
 class SectionResult:
-    """A section of its own, which is no experiment with variants.
+    """A section of its own, not an experiment with variants.
 
     Attributes:
         name: of its folder.
@@ -111,10 +111,10 @@ class SectionResult:
         text: what its figure shows.
         claims: on all of its runs.
         figure: stem of its file, empty for none.
-        files: what else is linked.
-        failures: what stopped a run, by its key.
+        files: further linked files.
+        failures: the errors that stopped runs, by key.
         tables: of its numbers.
-        more_figures: what each shows, by the stem of its file.
+        more_figures: descriptions, by the stem of the figure's file.
     """
 
     name: str
@@ -133,15 +133,15 @@ class SectionResult:
 
 
 class Section(Protocol):
-    """What makes such a section."""
+    """Makes such a section."""
 
     @property
     def name(self) -> str:
-        """Of its folder."""
+        """Name of its folder."""
 
     @property
     def files(self) -> tuple[str, ...]:
-        """That it may write there."""
+        """Files that it may write there."""
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
         """Runs what the folder does not have yet, with settings laid over all scenarios."""
@@ -149,12 +149,12 @@ class Section(Protocol):
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything.
+    """The results of a whole reproduction.
 
     Attributes:
         studies: the experiments with their runs.
         duration: simulated time that was requested instead of the scenarios' own [s].
-        sections: the others.
+        sections: the other sections.
     """
 
     studies: tuple[StudyResult, ...]
@@ -172,7 +172,7 @@ class Reproduction:
             yield from ((section.name, one) for one in section.judged())
 
     def count(self) -> Counter[str]:
-        """Returns how many claims there are of each verdict."""
+        """Returns the number of claims with each verdict."""
         return Counter(judged.verdict for _, judged in self.judged())
 
     def seeds(self) -> list[int]:
@@ -181,7 +181,7 @@ class Reproduction:
         return sorted({result.seed for result in results if result.seed is not None})
 
     def failures(self) -> dict[str, str]:
-        """Returns what stopped a simulation, by run."""
+        """Returns the errors that stopped simulations, by run."""
         of_studies = {
             f"{study.study.name}/{result.variant.name}": result.failure
             for study in self.studies

@@ -1,4 +1,4 @@
-"""What is to be reproduced of an experiment: its variants, and how they are compared."""
+"""The part of an experiment to be reproduced: its variants, and their comparison."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ class Variant:
     Attributes:
         name: of its folder.
         title: in words.
-        settings: as `--set` takes them, laid over the experiment's own scenario.
-        figures: what each figure shows, by file name without suffix.
-        contrast: claims that the variant is made to break, each with the reason.
+        settings: as for `--set`, laid over the experiment's own scenario.
+        figures: a description of each figure, by file name without suffix.
+        contrast: claims that the variant breaks on purpose, each with the reason.
     """
 
     name: str
@@ -36,9 +36,9 @@ class Study:
         variants: the first is the main one, which gets a replay.
         comparison: curves and claims across variants.
         compared: names of the variants that are compared.
-        kind: what the compared variants differ in, in words.
-        text: what the figure of the comparison shows.
-        cost: about how long one run takes to compute [s]; long ones are begun first.
+        kind: the difference of the compared variants, in words.
+        text: a description of the comparison's figure.
+        cost: approximate computing time of one run [s]; the longest runs begin first.
     """
 
     experiment: Any

@@ -15,7 +15,7 @@ from geoimp_drake.simulation.experiment import RUN_FILES, run_experiment, versio
 
 __all__ = ["RUN_FIELDS", "StudyRun", "identity_of", "is_current", "run_study_run"]
 
-# Of what `run_study_run` returns.
+# Types of the results of `run_study_run`.
 RUN_FIELDS = {"identity": str, "files": dict, "failure": str | None}
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -23,14 +23,14 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class StudyRun:
-    """What a process needs in order to run one variant of an experiment.
+    """All that a process needs to run one variant of an experiment.
 
     Attributes:
         experiment: from the catalogue.
         scenario: data of the variant's scenario.
         folder: to write into.
         html: write a replay.
-        identity: of what it will leave, see `identity_of`.
+        identity: of its results, see `identity_of`.
     """
 
     experiment: Any
@@ -41,7 +41,7 @@ class StudyRun:
 
 
 def identity_of(scenario: dict[str, Any], *, html: bool) -> str:
-    """Returns a hash of all that a run's files depend on: scenario, versions, and this library."""
+    """Returns a hash of all on which a run's files depend: scenario, versions, and this library."""
     depends = [scenario, html, versions(scenario["engine"]), _sources()]
     return hashlib.sha256(json.dumps(depends, sort_keys=True).encode()).hexdigest()
 
@@ -60,9 +60,9 @@ def run_study_run(run: StudyRun) -> dict[str, Any]:
 
 
 def is_current(run: StudyRun, finished: Finished) -> bool:
-    """Returns whether a run has ended, would be the same today, and its files are as it left them.
+    """Returns whether a run has ended, would be the same now, and its files are unchanged.
 
-    A run that ended with an error has no files and is to be tried again.
+    A run that ended with an error has no files; it is to be tried again.
     """
     if not finished.result or finished.result["identity"] != run.identity:
         return False
@@ -91,7 +91,7 @@ def _sources() -> str:
 
 
 def _files() -> Iterator[Path]:
-    """Yields the package's own files in a fixed order, not what Python or numba keeps with them."""
+    """Yields the package's own files in a fixed order, without the caches of Python and numba."""
     for folder, inner, names in os.walk(_PACKAGE, followlinks=True):
         inner[:] = sorted(name for name in inner if name != "__pycache__")
         yield from (Path(folder, name) for name in sorted(names))

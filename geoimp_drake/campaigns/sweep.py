@@ -38,11 +38,11 @@ SWEEP_FILES = (
 
 @dataclass
 class SweepResult:
-    """What a sweep left.
+    """The results of a sweep.
 
     Attributes:
-        rows: of the table, by index; a value that a failed sample does not have is missing.
-        files: that were written.
+        rows: of the table, by index; a failed sample lacks values.
+        files: those that were written.
     """
 
     rows: list[dict[str, Any]]
@@ -50,7 +50,7 @@ class SweepResult:
 
     @property
     def errors(self) -> int:
-        """How many samples ended with an error."""
+        """Number of samples that ended with an error."""
         return sum(row["error"] is not None for row in self.rows)
 
 
@@ -70,8 +70,8 @@ def run_sweep(
 
     Args:
         experiment: from the catalogue.
-        scenario: for it; what all samples have in common.
-        plan: what is varied.
+        scenario: the one that all samples have in common.
+        plan: the draws.
         out: folder to write into; made if need be.
         jobs: processes on this machine.
         scheduler: address of a Dask scheduler whose workers are used instead.
@@ -159,7 +159,7 @@ def _check_values(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> Non
 
 
 def _value_at(data: Any, key: str) -> Any:
-    """Returns what a scenario's data has at a path; None if there is no such path, or no value."""
+    """Returns the value at a path in a scenario's data; None if there is no path or no value."""
     for part in key.split("."):
         if isinstance(data, list) and (index := list_index(part, data)) is not None:
             data = data[index]
@@ -169,7 +169,7 @@ def _value_at(data: Any, key: str) -> Any:
 
 
 def _identity(experiment: Any, data: dict[str, Any], plan: SweepPlan) -> dict[str, Any]:
-    """Returns what a sample depends on besides its index."""
+    """Returns all on which a sample depends besides its index."""
     drawn = {key: value for key, value in plan.as_data().items() if key != "samples"}
     return {
         "experiment": experiment.name,
@@ -196,7 +196,7 @@ def _row(draw: Draw, finished: Finished) -> dict[str, Any]:
 
 
 def _arguments(draw: Draw) -> list[str]:
-    """Returns what makes `geoimp run EXPERIMENT` repeat a sample, within the sweep's folder."""
+    """Returns the arguments of `geoimp run` that repeat a sample, within the sweep's folder."""
     settings = [part for text in draw.overrides() for part in ("--set", text)]
     return ["--scenario", SCENARIO, *settings]
 
@@ -221,7 +221,7 @@ def _dump(plan: SweepPlan) -> str:
 
 
 def _figures(name: str, rows: list[dict[str, Any]], keys: Sequence[str]) -> dict[str, Figure]:
-    # A sample without a peak force has no place over it.
+    # A sample without a peak force has no place on that axis.
     drawn = [row for row in rows if all(_is_finite(row[key]) for key in keys)]
     figures = {"peak_forces": peaks_figure(rows, name)}
     return {"success_map": success_map(drawn, keys, name), **figures} if drawn else figures

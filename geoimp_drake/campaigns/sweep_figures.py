@@ -15,7 +15,7 @@ __all__ = ["draw_samples", "peaks_figure", "success_map"]
 
 Rows = Sequence[Mapping[str, Any]]
 
-_MARK, _FEW = 42.0, 100  # area of a mark, of up to so many samples
+_MARK, _FEW = 42.0, 100  # area of a mark, for up to so many samples
 
 # Colour-blind-safe, and told apart by their shapes too.
 _OUTCOMES: dict[str, dict[str, Any]] = {
@@ -72,7 +72,7 @@ def draw_samples(axes: Axes, rows: Rows, keys: Sequence[str]) -> QuadMesh:
 
 
 def peaks_figure(rows: Rows, title: str) -> Figure:
-    """Returns how often the true forces and moments become how large.
+    """Returns histograms of the largest true forces and moments.
 
     Args:
         rows: of the sweep's table.

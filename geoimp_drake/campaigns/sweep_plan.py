@@ -1,4 +1,4 @@
-"""What a sweep varies, and the draws: each sample's own, whatever the others are."""
+"""The plan of a sweep: its varied keys, and the draws, which are independent of each other."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ _PARAMETERS = {"uniform": ("low", "high"), "normal": ("mean", "standard deviatio
 
 @dataclass(frozen=True)
 class Distribution:
-    """How a number is drawn.
+    """The distribution of a number.
 
     Attributes:
         kind: uniform or normal.
@@ -59,17 +59,17 @@ class Distribution:
         return float(getattr(generator, self.kind)(self.first, self.second))
 
     def typical(self) -> tuple[float, ...]:
-        """Returns the numbers that a scenario must at least take: both bounds, or the mean."""
+        """Returns the numbers that a scenario must accept at least: both bounds, or the mean."""
         return (self.first, self.second) if self.kind == "uniform" else (self.first,)
 
     def as_data(self) -> dict[str, list[float]]:
-        """Returns the distribution as a plan's YAML has it."""
+        """Returns the distribution in the form of a plan's YAML."""
         return {self.kind: [self.first, self.second]}
 
 
 @dataclass(frozen=True)
 class Draw:
-    """What one sample has of its own.
+    """The data of one sample.
 
     Attributes:
         index: of the sample.
@@ -97,9 +97,9 @@ class SweepPlan:
 
     Attributes:
         vary: distribution of each varied key, by the scenario's own paths.
-        samples: how many, of all variants together.
+        samples: their number, of all variants together.
         seed: of the draws.
-        variants: settings by name. Each draw is made once and taken by every variant in turn, so
+        variants: settings by name. Each draw is made once, and every variant takes it in turn, so
             that they are compared on the same work.
     """
 
@@ -115,13 +115,13 @@ class SweepPlan:
         samples: int | None = None,
         seed: int | None = None,
     ) -> "SweepPlan":
-        """Returns a plan from a YAML file with what is given besides laid over it.
+        """Returns a plan from a YAML file, with the other arguments laid over it.
 
         Args:
             file: with `vary: {key.path: {uniform: [low, high]} | {normal: [mean, deviation]}}`,
                 and, if need be, `samples`, `seed` and `variants: {name: [key.path=value, …]}`.
             ranges: `key.path=LOW:HIGH` each, uniform.
-            samples: how many.
+            samples: their number.
             seed: of the draws.
 
         Raises:
@@ -149,9 +149,9 @@ class SweepPlan:
             distribution.validate(key)
 
     def draw(self, index: int) -> Draw:
-        """Returns one sample; it depends on the seed, distributions, variants and index alone.
+        """Returns one sample; it depends only on the seed, distributions, variants and index.
 
-        The keys are drawn in the alphabet's order, so that theirs in the plan does not matter.
+        The keys are drawn in alphabetical order, so that their order in the plan does not matter.
         """
         case, turn = divmod(index, len(self.variants) or 1)
         name, settings = [*self.variants.items(), (None, ())][turn]
@@ -162,7 +162,7 @@ class SweepPlan:
         return Draw(index, seed, {key: drawn[key] for key in self.vary}, name, settings)
 
     def as_data(self) -> dict[str, Any]:
-        """Returns the plan as its YAML file has it."""
+        """Returns the plan in the form of its YAML file."""
         vary = {key: distribution.as_data() for key, distribution in self.vary.items()}
         variants = {name: list(settings) for name, settings in self.variants.items()}
         plan = {"vary": vary, "samples": self.samples, "seed": self.seed}
@@ -170,7 +170,7 @@ class SweepPlan:
 
 
 def setting(key: str, value: float) -> str:
-    """Returns `key.path=value` as `--set` takes it, the value to its last bit."""
+    """Returns `key.path=value` as for `--set`, with the value to its last bit."""
     return f"{key}={yaml.safe_dump(value).splitlines()[0]}"
 
 

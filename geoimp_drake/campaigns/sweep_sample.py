@@ -12,7 +12,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["SAMPLE_FIELDS", "Sample", "run_sample"]
 
-# Of what `run_sample` returns.
+# Types of the results of `run_sample`.
 SAMPLE_FIELDS = {
     "success": bool,
     "peak_force": float,
@@ -26,7 +26,7 @@ Values = dict[str, float | bool | None]
 
 @dataclass(frozen=True)
 class Sample:
-    """What a process needs in order to run one sample.
+    """All that a process needs to run one sample.
 
     Attributes:
         experiment: from the catalogue.
@@ -72,7 +72,7 @@ def _own_values(experiment: Any, log: dict[str, Array], scenario: Any) -> Values
 
 
 def _plain(value: Any) -> float | bool | None:
-    """Returns a number or truth value, of NumPy perhaps, as Python's own."""
+    """Returns a number or truth value, maybe NumPy's, as one of Python's own."""
     if value is None or isinstance(value, bool | np.bool_):
         return None if value is None else bool(value)
     return float(value)

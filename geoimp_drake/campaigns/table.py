@@ -1,11 +1,11 @@
-"""A table of a report, and the page that it stands on."""
+"""A table of a report, and the report's page."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 __all__ = ["Cell", "Page", "Table", "table_of"]
 
-# Text, or a link: its words and where it leads.
+# Text, or a link: its words and its address.
 Cell = str | tuple[str, str]
 
 
@@ -14,10 +14,10 @@ class Table:
     """Numbers or words side by side.
 
     Attributes:
-        title: above it.
-        head: of its columns.
+        title: above the table.
+        head: headings of its columns.
         rows: of cells, one a column.
-        text: what was done, and on what the numbers rest.
+        text: what was done, and the basis of the numbers.
     """
 
     title: str
@@ -32,14 +32,15 @@ def table_of(
     columns: Sequence[str],
     text: str = "",
 ) -> Table:
-    """Returns some columns of rows as a table, numbers in three digits, a dash for none.
+    """Returns some columns of rows as a table, with three digits a number and a dash for none.
 
-    What is no zero and below a thousandth is said to be that, so that nobody compares roundings.
+    A number below a thousandth but not zero is shown as just that, so that nobody compares
+    roundings.
 
     Args:
-        title: above it.
+        title: above the table.
         rows: cells by column.
-        columns: which of these.
+        columns: the columns to show.
         text: what was done.
     """
     cells = tuple(tuple(_words(row[name]) for name in columns) for row in rows)
@@ -56,12 +57,12 @@ def _words(value: str | float | None) -> str:
 
 @dataclass(frozen=True)
 class Page:
-    """What a report has besides results.
+    """The frame of a report around its results.
 
     Attributes:
-        command: that writes it, after `geoimp`.
+        command: the subcommand of `geoimp` that writes it.
         title: its heading.
-        tables: that stand first.
+        tables: those that stand first.
         folded: put claims last and fold the single runs, for a reader who came for the tables.
     """
 

@@ -1,4 +1,4 @@
-"""Gains of an experiment, tuned on the law's rollout and verified on the experiment itself."""
+"""Tunes the gains of an experiment on rollouts of the law, and verifies them on the experiment."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["Side", "TuningResult", "tune"]
 
-# Of the search among runs: draws near what the rollout found, few at a time.
+# Of the search among runs: draws near the rollout's optimum, few at a time.
 _NEAR, _FEW = 0.1, 6
 
 
 @dataclass(frozen=True)
 class Side:
-    """Gains as given, or as found.
+    """The given or the tuned gains, with their metrics.
 
     Attributes:
         gains: M, D, K along the wall's normal.
@@ -45,15 +45,15 @@ class Side:
 
 @dataclass(frozen=True)
 class TuningResult:
-    """What a tuning found.
+    """The results of a tuning.
 
     Attributes:
-        tuning: what was to be made best.
-        before: the gains as given.
-        after: those that were found.
-        scenario: with these.
+        tuning: the problem.
+        before: the given gains.
+        after: the tuned gains.
+        scenario: the one with the tuned gains.
         front: of the rollout; one candidate for one objective.
-        runs: of the experiment in which the search went on, none where the rollout is right.
+        runs: number of runs in which the search went on; zero where the rollout is right.
         times: of the forces (N) [s].
     """
 
@@ -69,12 +69,12 @@ class TuningResult:
 def tune(
     experiment: Any, scenario: Any, plan: TuningPlan, out: Path, *, jobs: int = 1
 ) -> TuningResult:
-    """Returns better gains for an experiment; the journal of its runs is all that is written.
+    """Returns better gains for an experiment; it writes only the journal of its runs.
 
     Args:
         experiment: from the catalogue.
-        scenario: for it; its gains are those to begin with, its open fields are filled in.
-        plan: what is made best, and by what.
+        scenario: the experiment's; the search begins with its gains, and open fields are filled in.
+        plan: the objectives, constraints and varied gains.
         out: folder for the journal.
         jobs: processes on this machine, for runs of the experiment.
 
@@ -114,7 +114,7 @@ def tune(
 
 
 def _searched(trials: Trials, start: Candidate, objective: Objective, runs: int) -> Candidate:
-    """Returns the best of a start and of what runs near it found."""
+    """Returns the best of a start and of the runs near it."""
     tuning, seen = trials.tuning, [start]
 
     def evaluate(places: Any) -> list[float]:
@@ -134,7 +134,7 @@ def _searched(trials: Trials, start: Candidate, objective: Objective, runs: int)
 
 
 def _kept(tuning: Tuning, found: Candidate, where: str) -> Candidate:
-    """Returns what keeps the constraints; raises ConfigurationError for what does not."""
+    """Returns a candidate that keeps the constraints; raises ConfigurationError for another."""
     most = tuning.model.largest_surface_stiffness(found.gains)
     rings = [c for c in tuning.constraints if c.name == ROBUSTNESS and c.broken(most)]
     if found.broken or rings:

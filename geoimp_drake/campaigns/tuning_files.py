@@ -1,4 +1,4 @@
-"""What a tuning leaves: tuned.yaml, tuning.json and figures, and a table for a terminal."""
+"""The output of a tuning: tuned.yaml, tuning.json and figures, and a table for a terminal."""
 
 import json
 from dataclasses import asdict
@@ -25,7 +25,7 @@ _BEFORE, _AFTER = "#666666", "#0072B2"
 
 
 def write_tuning(name: str, result: TuningResult, out: Path) -> list[Path]:
-    """Writes the files of a tuning; `front` only where there were several objectives.
+    """Writes the files of a tuning; `front` only if there were several objectives.
 
     Args:
         name: of the experiment.
@@ -102,7 +102,7 @@ def _data(name: str, result: TuningResult) -> dict[str, Any]:
 
 
 def _side(side: Side) -> dict[str, Any]:
-    """Returns a side without its curve, for JSON, which has no infinity: null."""
+    """Returns a side without its curve, for JSON; infinity becomes null."""
     data = {key: value for key, value in asdict(side).items() if key != "force"}
     for part in ("modelled", "measured"):
         data[part] = {k: v if np.isfinite(v) else None for k, v in data[part].items()}
@@ -110,7 +110,7 @@ def _side(side: Side) -> dict[str, Any]:
 
 
 def tuning_figure(name: str, result: TuningResult) -> Figure:
-    """Returns the force over time with the gains as given and as tuned, of runs and rollouts."""
+    """Returns the force over time with the given and the tuned gains, of runs and rollouts."""
     model = result.tuning.model
     with figure_style():
         figure = Figure(figsize=(8, 3.8))
@@ -138,7 +138,7 @@ def tuning_figure(name: str, result: TuningResult) -> Figure:
 
 
 def front_figure(name: str, result: TuningResult) -> Figure:
-    """Returns the front, each further objective over the first, with the gains given and tuned."""
+    """Returns the front, each further objective over the first, with the given and tuned gains."""
     first, *others = result.tuning.objectives
     with figure_style():
         figure = Figure(figsize=(4.8 * len(others), 3.8))

@@ -1,4 +1,4 @@
-"""What is tuned: objectives, constraints, walls and gains, as they are written."""
+"""The plan of a tuning as a user writes it: objectives, constraints, walls and gains."""
 
 import re
 from collections.abc import Callable
@@ -23,16 +23,16 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class TuningPlan:
-    """What is to be made best, and by what.
+    """The plan of a tuning.
 
     Attributes:
-        minimize: names of METRICS; of several the front is looked for.
-        subject_to: constraints; none for those that follow from the given gains.
+        minimize: names of METRICS; with several it searches for the front.
+        subject_to: constraints; if empty, they follow from the given gains.
         surface_stiffness: of the walls [N/m]; None for the experiment's own.
         vary: bounds of M, D, K along the wall's normal; None for bounds about the given gain.
         seed: of the search.
-        evaluations: of the law's rollout, for each search.
-        runs: of the experiment at most, where the rollout is not right.
+        evaluations: number of rollouts of the law in each search.
+        runs: largest number of runs of the experiment, if the rollout is not right.
     """
 
     minimize: tuple[str, ...] = ("peak_force",)
@@ -45,13 +45,13 @@ class TuningPlan:
 
     @staticmethod
     def read(file: Path | None = None, **given: Any) -> "TuningPlan":
-        """Returns a plan from a YAML file with what is given besides laid over it.
+        """Returns a plan from a YAML file, with the other arguments laid over it.
 
         Args:
-            file: with any of the keys below; lists, or one text of several with commas.
+            file: has any of the keys below; their values are lists, or one text with commas.
             **given: `minimize`, `subject_to` (as `settling<3`), `surface_stiffness` (as `5e3:2e4`),
-                `vary` (as `D`, or `D=50:2000`), `seed`, `evaluations`, `runs`; None for those that
-                are not.
+                `vary` (as `D`, or `D=50:2000`), `seed`, `evaluations`, `runs`; None for those not
+                given.
 
         Raises:
             ConfigurationError: something in them cannot be used; the message names it.
@@ -77,7 +77,7 @@ class TuningPlan:
 
 
 def _texts(value: Any) -> list[str]:
-    """Returns the texts of a list, each of which may be several with commas."""
+    """Returns the texts of a list; commas in an entry separate several."""
     texts = value if isinstance(value, list) else [value]
     return [part.strip() for text in texts for part in str(text).split(",") if part.strip()]
 
@@ -121,7 +121,7 @@ def _gains(value: Any) -> dict[str, Range | None]:
 
 
 def _range(value: Any) -> Range:
-    """Returns the bounds of LOW:HIGH, or twice the one number."""
+    """Returns the bounds of LOW:HIGH; a single number is both bounds."""
     low, colon, high = str(value).partition(":")
     bounds = _positive(low, str(value)), _positive(high if colon else low, str(value))
     if bounds[0] > bounds[1]:

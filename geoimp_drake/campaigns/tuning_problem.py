@@ -1,4 +1,4 @@
-"""What a plan means for an experiment that was run: walls, bounds, and constraints by default."""
+"""The problem of a plan for an experiment that was run: walls, bounds, default constraints."""
 
 from dataclasses import replace
 
@@ -14,19 +14,19 @@ from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 
 __all__ = ["tuning_of"]
 
-# Times the surface's stiffness that must not ring.
+# Multiple of the surface's stiffness up to which no wall may ring.
 _ROBUST = 5.0
-# Of walls that nothing else is known of [N/m].
+# Range of stiffnesses of an unknown wall [N/m].
 _WALLS = (10.0, 1e6)
 _BISECTIONS = 24
-# About a given gain, where no bounds are.
+# Default bounds, as factors of a given gain.
 _ABOUT = {"M": (0.2, 5.0), "D": (0.02, 5.0), "K": (0.5, 2.0)}
 
 
 def tuning_of(
     plan: TuningPlan, loop: SampledLoop, encounter: Encounter, measured: dict[str, float]
 ) -> Tuning:
-    """Returns the problem.
+    """Returns the problem of a plan.
 
     Args:
         plan: as written.
@@ -55,7 +55,7 @@ def tuning_of(
 
 
 def _on_wall(loop: SampledLoop, encounter: Encounter, measured: dict[str, float]) -> SampledLoop:
-    """Returns the loop on its surface, or on a wall on which the rollout's peak is that of a run.
+    """Returns the loop on its surface, or on a wall for which the rollout has the peak of the run.
 
     The peak grows with the wall's stiffness.
     """
@@ -72,14 +72,14 @@ def _on_wall(loop: SampledLoop, encounter: Encounter, measured: dict[str, float]
 
 
 def _settles(model: ContactModel, measured: dict[str, float]) -> Constraint:
-    """Returns that the force rests when D does, or no later than with the given gains."""
+    """Returns the constraint: the force rests when D does, or no later than with given gains."""
     given = model.metrics(model.given)["settling"], measured["settling"]
     moving = model.encounter.rest - model.encounter.touch
     return Constraint("settling", max(moving, *(t for t in given if np.isfinite(t)), moving))
 
 
 def _robust(plan: TuningPlan, walls: tuple[float, ...]) -> list[Constraint]:
-    """Returns that no wall rings up to the stiffest of the plan, or five times the surface's."""
+    """Returns constraints: no wall rings up to the plan's stiffest, or five times the surface's."""
     if any(constraint.name == ROBUSTNESS for constraint in plan.subject_to):
         return []
     most = walls[-1] if plan.surface_stiffness else _ROBUST * walls[-1]

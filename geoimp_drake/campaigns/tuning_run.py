@@ -1,4 +1,4 @@
-"""One run of an experiment with gains of its own, and what is told of its contact."""
+"""One run of an experiment with gains of its own, and the metrics of its contact."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["TRIAL_FIELDS", "Trial", "run_trial", "whole_log", "with_gains"]
 
-# Of what `run_trial` returns.
+# Types of the results of `run_trial`.
 TRIAL_FIELDS = {"metrics": dict, "failed": list, "force": list}
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What a process needs in order to run gains.
+    """All that a process needs for a run with given gains.
 
     Attributes:
         experiment: from the catalogue.
@@ -44,7 +44,7 @@ class Trial:
 
 
 def run_trial(trial: Trial) -> dict[str, Any]:
-    """Returns what `Trial.told` does of a run.
+    """Returns the results of `Trial.told` for a run.
 
     Raises:
         GeoimpError: the scenario cannot be used, or the simulation fails.
@@ -74,7 +74,7 @@ def with_gains(scenario: Any, factors: Mapping[str, float]) -> dict[str, Any]:
     """
     data = plain_data(scenario)
     translation = data["impedance"]["translation"]
-    # A design that the gains followed from is no longer theirs.
+    # The gains no longer follow from a design.
     translation["design"] = None
     for letter, factor in factors.items():
         name, _ = GAINS[letter]

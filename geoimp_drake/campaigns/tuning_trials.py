@@ -17,7 +17,7 @@ from geoimp_drake.simulation.experiment import versions
 __all__ = ["JOURNAL", "Trials"]
 
 JOURNAL = "runs.jsonl"
-# By which the rollout may be off.
+# The relative error that a rollout may have.
 _TRUSTED = 0.1
 
 
@@ -28,11 +28,11 @@ class Trials:
     Attributes:
         experiment: from the catalogue.
         scenario: as given.
-        tuning: that judges.
-        failed: claims that do not hold with the gains as given.
+        tuning: the one that judges.
+        failed: claims that do not hold with the given gains.
         out: folder of the journal.
         jobs: processes.
-        told: what runs said, by their key.
+        told: results of runs, by key.
     """
 
     experiment: Any
@@ -49,10 +49,10 @@ class Trials:
         return with_gains(self.scenario, {name: gains[name] / given[name] for name in gains})
 
     def run(self, many: Sequence[Mapping[str, float]]) -> list[Candidate]:
-        """Returns what runs say of gains; those that are in the journal are not run again.
+        """Returns the candidates of gains from runs; runs in the journal are not repeated.
 
         Raises:
-            ConfigurationError: none can be run.
+            ConfigurationError: no gains can be run.
         """
         touch = self.tuning.model.encounter.touch
         ended = run_many(
@@ -74,11 +74,11 @@ class Trials:
         return [self._candidate(gains) for gains in many]
 
     def of(self, gains: Mapping[str, float]) -> dict[str, Any]:
-        """Returns what the run of gains said."""
+        """Returns the results of the run with these gains."""
         return self.told[_key(gains)]
 
     def _candidate(self, gains: Mapping[str, float]) -> Candidate:
-        """Returns gains with what their run said; a claim that it newly breaks is a bound, too."""
+        """Returns the candidate of a run; a claim that it newly breaks is a broken bound, too."""
         if _key(gains) not in self.told:
             return Candidate(dict(gains), (np.inf,) * len(self.tuning.objectives), np.inf, 0.0)
         told = self.of(gains)
@@ -87,7 +87,7 @@ class Trials:
         return replace(candidate, broken=candidate.broken + len(newly))
 
     def agrees(self, candidate: Candidate) -> bool:
-        """Whether a run keeps the constraints, and its objectives are those of the rollout."""
+        """Returns whether a run keeps the constraints, and its objectives are as in the rollout."""
         modelled = self.tuning.model.metrics(candidate.gains)
         return not candidate.broken and all(
             abs(modelled[name] - value) <= _TRUSTED * value

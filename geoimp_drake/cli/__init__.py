@@ -1,8 +1,8 @@
-"""The command line `geoimp`: experiments are listed, run, compared, swept, timed.
+"""The command line `geoimp`: lists, runs, compares, sweeps and times experiments.
 
-Exit status: 0 on success, 2 on unusable input (one line says what), 1 if a package is missing, a
-simulation failed, its results could not be written, a drive ended before its motion, or the program
-was told to end.
+Exit status: 0 on success; 2 on unusable input (one line says what). It is 1 if a package is
+missing, a simulation failed, or its results could not be written. It is also 1 if a drive ended
+before its motion, or the program was told to end.
 """
 
 import contextlib
@@ -46,10 +46,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _signals_interrupt() -> Iterator[None]:
-    """Ends the program as Ctrl-C does if it is told to end, or its terminal is closed.
+    """Ends the program as Ctrl-C does, if it is told to end or its terminal is closed.
 
-    Python by itself would leave temporary folders and processes behind. What the parent process has
-    set, as nohup does, stays.
+    Python by itself would leave temporary folders and processes behind. Signals that the parent
+    process ignores (nohup) stay ignored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -65,7 +65,7 @@ def _signals_interrupt() -> Iterator[None]:
 
 
 def _interrupt(number: int, _: object) -> NoReturn:
-    signal.signal(number, signal.SIG_IGN)  # again, it would disturb the clearing up
+    signal.signal(number, signal.SIG_IGN)  # a second signal would disturb the clearing up
     raise KeyboardInterrupt(signal.Signals(number).name)
 
 
@@ -76,10 +76,10 @@ def _is_shown(record: logging.LogRecord) -> bool:
 
 @contextlib.contextmanager
 def _log_on_terminal() -> Iterator[None]:
-    """Shows what Drake and this library report; Python by itself shows warnings only.
+    """Shows the log of Drake and of this library; Python by itself shows only warnings.
 
-    The handler is at the root: where that has none, Drake gives it one with its first message of
-    C++, and all that is said afterwards would be shown by both.
+    The handler is at the root. If the root had none, Drake would add one with its first message of
+    C++, and both would show everything afterwards.
     """
     handler, log = logging.StreamHandler(), logging.getLogger()
     handler.addFilter(_is_shown)

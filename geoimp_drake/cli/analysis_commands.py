@@ -1,4 +1,4 @@
-"""What the commands do that tell something before a run."""
+"""The commands that analyze an experiment before a run."""
 
 import argparse
 import json
@@ -12,7 +12,7 @@ _FILE, _FIGURE = "analysis.json", "ringing"
 
 
 def analyze(options: argparse.Namespace) -> int:
-    """Tells on which walls an experiment's gains ring. Returns the exit status."""
+    """Prints on which walls an experiment's gains ring. Returns the exit status."""
     from geoimp_drake.analysis.maps import ringing_figure
     from geoimp_drake.analysis.report import analyze as analyzed
     from geoimp_drake.analysis.report import loop_of

@@ -1,4 +1,4 @@
-"""What `geoimp bench` does; nothing is imported before it is needed."""
+"""The command `geoimp bench`; nothing is imported before it is needed."""
 
 import argparse
 

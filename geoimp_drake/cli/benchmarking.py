@@ -1,4 +1,4 @@
-"""`geoimp benchmark`; nothing is imported before it is needed."""
+"""The command `geoimp benchmark`; nothing is imported before it is needed."""
 
 import argparse
 import os

@@ -1,4 +1,4 @@
-"""Where caches are kept for a user whose home cannot be written to."""
+"""Keeps caches elsewhere for a user whose home cannot be written to."""
 
 import contextlib
 import logging
@@ -13,9 +13,9 @@ _log = logging.getLogger("drake")
 
 
 def keep_caches() -> None:
-    """Puts caches into a temporary folder of the user's own, if the home takes none.
+    """Puts caches into a temporary folder of the user's own, if the home is read-only.
 
-    These are the compiled laws and the converted meshes, and what matplotlib and Drake keep.
+    These are the compiled laws, the converted meshes, and the caches of matplotlib and Drake.
     """
     if not _is_writable():
         with contextlib.suppress(OSError):  # nothing is kept then
@@ -26,17 +26,17 @@ def keep_caches() -> None:
 
 
 def _is_writable() -> bool:
-    """Whether the user's folder for caches is there, or can be made, and written to."""
+    """Returns whether the user's folder for caches exists or can be made, and is writable."""
     try:
         folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # the second: there is no home
+    except (OSError, RuntimeError):  # RuntimeError: there is no home
         return False
     return os.access(folder, os.W_OK | os.X_OK)
 
 
 def _own_folder() -> Path:
-    """Returns the folder; raises OSError if it is another's, since machine code is run from it."""
+    """Returns the folder; raises OSError if another user owns it: machine code runs from it."""
     folder = Path(tempfile.gettempdir()) / f"geoimp_drake-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()

@@ -1,4 +1,4 @@
-"""What each command does; nothing is imported before it is needed."""
+"""The commands; nothing is imported before it is needed."""
 
 import argparse
 import os
@@ -152,7 +152,7 @@ def _init_experiment(file: Path, name: str) -> None:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Says what is wrong with a robot or a scenario before it runs. Returns the exit status."""
+    """Prints what is wrong with a robot or a scenario before it runs. Returns the exit status."""
     from geoimp_drake.cli.robots import check_robot, check_scenario
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
     from geoimp_drake.scenario.loading import read_layer
@@ -258,7 +258,7 @@ def scenario_of(
 
 
 def print_report(reproduction: Any, out: Path) -> None:
-    """Prints what a reproduction has left in short, and where its page is."""
+    """Prints a summary of a reproduction, and where its page is."""
     from geoimp_drake.campaigns.report import REPORT
     from geoimp_drake.campaigns.reproduction import format_reproduction
 
@@ -274,7 +274,7 @@ def print_files(files: list[Path]) -> None:
 
 
 def status_of(failures: Mapping[str, Exception | str]) -> int:
-    """Returns the exit status after what has failed, by name, and says so."""
+    """Prints the failures, by name, and returns the exit status."""
     for name, failure in failures.items():
         print(f"geoimp: the simulation of {name} failed: {one_line(failure)}", file=sys.stderr)
     return FAILURE if failures else SUCCESS

@@ -1,4 +1,4 @@
-"""What `geoimp drive` and `geoimp robot-sim` do."""
+"""The commands `geoimp drive` and `geoimp robot-sim`."""
 
 from contextlib import nullcontext
 from pathlib import Path
@@ -24,7 +24,7 @@ _TICKS = "ticks.npz"
 def drive_robot(
     experiment: Any, scenario: Any, out: Path, *, figures: bool, html: bool = False
 ) -> tuple[str, list[Path], Exception | None]:
-    """Drives the robot of a scenario; returns claims, files and what ended the drive early.
+    """Drives the robot of a scenario; returns claims, files and the error that ended it early.
 
     Args:
         experiment: from the catalogue.
@@ -38,7 +38,7 @@ def drive_robot(
     with nullcontext() if is_simulated else real_time():
         drive = ScenarioDrive(scenario)
         log = drive.run()
-    # First of all: what fails after this cannot take it away.
+    # Write these first: no later failure can lose them.
     ticks = write_files(out, [(_TICKS, as_npz(log.values))])
     if not len(log.whole["t"]):
         raise RobotError(
@@ -55,7 +55,7 @@ def drive_robot(
 
 
 def look_at_robot(scenario: Any) -> None:
-    """Prints where a robot is and what it would be sent; nothing is commanded."""
+    """Prints where a robot is and what it would be sent; commands nothing."""
     drive = ScenarioDrive(single(scenario))
     status, command = drive.look()
     X_WE = drive.loop.pose(status.q)
@@ -85,7 +85,7 @@ def simulate_robot(scenario: Any, url: str, *, in_step: bool) -> None:
 
 
 def single(scenario: Any) -> Any:
-    """Returns a scenario that has a robot of its own; raises ConfigurationError for another."""
+    """Returns a scenario with a robot of its own; raises ConfigurationError for another."""
     if not isinstance(scenario, SingleArmScenario) or scenario.robot is None:
         raise ConfigurationError(
             "The scenario has no robot of its own; give robot.file, robot.end_effector and "

@@ -1,4 +1,4 @@
-"""What `geoimp identify` does."""
+"""The command `geoimp identify`."""
 
 import argparse
 import json
@@ -45,7 +45,7 @@ def add_identify(subparsers: Any) -> None:
 
 
 def identify(options: argparse.Namespace) -> int:
-    """Tells which impedance a log shows, beside what was asked for. Returns the exit status."""
+    """Prints the impedance that a log shows, beside the configured one. Returns the exit status."""
     from geoimp_drake.analysis.identification import FRAMES, identify, moving
     from geoimp_drake.output_folder import check_file, write_file
     from geoimp_drake.simulation.log_data import read_log
@@ -95,7 +95,7 @@ def _impedance(scenario: Any) -> Any:
 
 
 def _tell_friction(log: Any, scenario: Any, json_file: Path | None) -> int:
-    """Tells which friction a log shows of each joint. Returns the exit status."""
+    """Prints the friction of each joint that a log shows. Returns the exit status."""
     from geoimp_drake.analysis.friction import friction_from_log
     from geoimp_drake.diagrams.setups.single_arm import model_of_single_arm
     from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
@@ -132,7 +132,7 @@ def _number(value: float | None) -> str:
 
 
 def _finite(values: tuple[float, ...]) -> list[float | None]:
-    """Returns numbers for JSON, which has no infinity: null."""
+    """Returns numbers for JSON; infinity becomes null."""
     return [None if value == float("inf") else value for value in values]
 
 
@@ -145,7 +145,7 @@ def _table(rows: list[tuple[str, ...]]) -> str:
 
 
 def _plain(reading: "Reading") -> dict[str, Any]:
-    """Returns a reading for JSON, which has no infinity: null."""
+    """Returns a reading for JSON; infinity becomes null."""
     told = asdict(reading)
     told["mean_error"] = reading.mean_error
     for row in (told, *told["estimates"]):

@@ -25,7 +25,7 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    """Adds what lays a scenario over the experiment's own, and the folder to write."""
+    """Adds the options that lay a scenario over the experiment's own, and the output folder."""
     add_overrides(parser)
     parser.add_argument(
         "--scenario", type=Path, metavar="FILE", help="YAML file laid over the experiment's own"

@@ -28,7 +28,7 @@ __all__ = ["make_parser"]
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, as every other error here."""
+    """Says what is wrong in one line, like every other error here."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(commands.UNUSABLE, f"geoimp: {one_line(message)} (see {self.prog} --help)\n")

@@ -1,4 +1,4 @@
-"""What the commands do that have to do with robots' own interfaces."""
+"""The commands for robots' own interfaces."""
 
 import argparse
 import sys
@@ -46,7 +46,7 @@ def robot_sim(options: argparse.Namespace) -> int:
 
 
 def tare(options: argparse.Namespace) -> int:
-    """Finds what hangs on the arm of a scenario. Returns the exit status."""
+    """Finds the load on the arm of a scenario. Returns the exit status."""
     from geoimp_drake.cli.taring import tare_robot
     from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 

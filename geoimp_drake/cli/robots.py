@@ -1,4 +1,4 @@
-"""What `geoimp init --robot` and `geoimp check` print and write."""
+"""The output of `geoimp init --robot` and `geoimp check`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,7 +20,7 @@ __all__ = ["check_robot", "check_scenario", "init_robot"]
 def init_robot(
     robot: Path, end_effector: str | None, packages: Mapping[str, Path], file: Path
 ) -> None:
-    """Writes a scenario for a robot; what is printed of the robot is at its top, too."""
+    """Writes a scenario for a robot; its first lines repeat what is printed about the robot."""
     check_new(file)
     own = propose_scenario(robot, end_effector, packages=packages)
     says = describe(own)
@@ -31,13 +31,13 @@ def init_robot(
 
 
 def check_robot(file: Path, end_effector: str | None, packages: Mapping[str, Path]) -> None:
-    """Prints what there is in a robot's file, and what is to be warned of, all shapes included."""
+    """Prints the contents of a robot's file, with warnings, all shapes included."""
     own = propose_scenario(file, end_effector, WITH_SHAPES, packages)
     _print([describe(own), ""], _warnings(own))
 
 
 def check_scenario(experiment: Any, scenario: Any) -> None:
-    """Prints what is reported while a scenario is built, and what is warned of."""
+    """Prints reports and warnings while a scenario is built."""
     _print(*said_of(experiment.build, scenario))
 
 

@@ -1,4 +1,4 @@
-"""What `geoimp tare` does."""
+"""The command `geoimp tare`."""
 
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ __all__ = ["tare_robot"]
 
 _COMPONENTS = ("μ_x", "μ_y", "μ_z", "f_x", "f_y", "f_z")
 
-# What weighs less counts as nothing [kg].
+# A lighter load counts as none [kg].
 _NO_LOAD = 5e-3
 
 _MOST_POSTURES = 100
@@ -32,14 +32,14 @@ _MOST_POSTURES = 100
 def tare_robot(
     scenario: Any, postures: int, drive: Path | None, log: Path | None, *, at_wrist: bool
 ) -> None:
-    """Prints what hangs on the arm of a scenario beyond its robot's file.
+    """Prints the load on the arm of a scenario beyond its robot's file.
 
     Args:
         scenario: with one arm.
-        postures: how many; a real robot is moved to each by hand.
-        drive: file with postures that it is driven to instead, None for none.
-        log: file of a motion that was logged, in the place of both, None for none.
-        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
+        postures: their number; a real robot is moved to each by hand.
+        drive: file with postures to which it is driven instead; None for none.
+        log: file of a logged motion, instead of both; None for none.
+        at_wrist: uses the wrench that the robot reports instead of its joints' torques.
     """
     whole_number(postures, "--postures", 2, _MOST_POSTURES)
     if log is not None:

@@ -1,4 +1,4 @@
-"""What `geoimp tune` does."""
+"""The command `geoimp tune`."""
 
 import argparse
 import os

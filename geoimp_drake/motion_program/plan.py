@@ -118,8 +118,8 @@ def plan(
 
     A redundant arm takes, at each step along a line, the posture nearest to the one before: the
     smallest Σ w Δq² with `joint_weights`. With the default of 1 a metre of track counts as much as
-    a radian, so that track and arm share a motion along the track. A large weight of the track
-    leaves the motion to the arm.
+    a radian, so track and arm share a motion along it. A large weight of the track leaves the
+    motion to the arm.
 
     Joint moves bound the accelerations of the joints; straight lines bound those of the tool frame.
 

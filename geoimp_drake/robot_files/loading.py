@@ -137,8 +137,8 @@ def load_robot(
             robot touches nothing (`visual`). Or `keep` meshes as they are, or `leave-out` all
             shapes. Links whose inertia follows from shapes keep it.
         inertia: what to do with inertias in the file that no body can have. The nearest possible
-            one replaces them if the link does not move or does not belong to the arm, or is off by
-            1 % at most. `check` refuses the others, `repair` replaces them, too.
+            one replaces them if the link does not move with the arm, or if they are off by 1 % at
+            most. `check` refuses the others, `repair` replaces them, too.
         cache: folder for converted meshes; one of the user's by default.
 
     Returns:
@@ -146,7 +146,7 @@ def load_robot(
 
     Raises:
         ConfigurationError: a file, mesh or package is missing or cannot be read, a choice is
-            unknown, or not exactly one of `end_effector` and `end_effectors` is given.
+            unknown, or not one of `end_effector` and `end_effectors` is given.
         ModelError: there is no such frame or joint, an inertia is impossible, the arm has fewer
             than six joints, or a joint carries no inertia. Or the plant cannot take a robot.
     """

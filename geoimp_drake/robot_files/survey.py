@@ -61,7 +61,8 @@ def survey_robot(file: str | Path, packages: Mapping[str, Path] | None = None) -
     """Returns the arms that a URDF, SDF or MJCF file describes.
 
     An arm ends before its hand. A hand begins at joints that are named after fingers or grippers,
-    that follow others (mimic), or that branch into several chains of fewer than six joints.
+    or that follow others (mimic). It also begins where joints part into several chains of fewer
+    than six.
 
     Args:
         file: the description; its meshes are not read.

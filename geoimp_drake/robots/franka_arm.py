@@ -33,8 +33,8 @@ class FrankaArm:
     """The driver of a Franka arm (or of `franky-sim`); see `RobotArm`.
 
     It commands torques at 1 kHz. The robot itself compensates gravity, and stops by itself if 20
-    commands in a row are late. libfranka changes the scheduler of the thread that connects; this
-    driver undoes that, since priorities are set by `real_time`. It needs the extra `franka`.
+    commands in a row are late. The driver undoes what libfranka does to the scheduler of the thread
+    that connects: only `real_time` sets priorities. It needs the extra `franka`.
 
     Args:
         address: of the robot, a host name or an IP address.

@@ -36,8 +36,8 @@ def read_at_rest(
     """Returns positions and external torques of a connected robot, means of some statuses.
 
     If the controller holds the weight, the external torques are what the joints exert beyond the
-    weight of the model, whatever the robot knows of its load. Otherwise they are the robot's own
-    estimate. At the wrist it is the reported wrench.
+    weight of the model. What the robot knows of its load does not matter then. Otherwise they are
+    the robot's own estimate. At the wrist it is the reported wrench.
 
     Args:
         robot: connected; nothing is commanded.

@@ -56,8 +56,8 @@ class TourPosture:
 class PostureTour:
     """A motion of D that takes all joints from rest to rest, and lets them rest in each posture.
 
-    Between two postures, with s(t) of `smooth_step` from 0 to 1,
-    q = q_k + s Δq, V = J ṡ Δq, A = J s̈ Δq + J̇ ṡ Δq.
+    Between two postures s(t) runs from 0 to 1 as `smooth_step` does. Then q = q_k + s Δq, V = J ṡ
+    Δq, A = J s̈ Δq + J̇ ṡ Δq.
 
     Args:
         model: the arm.

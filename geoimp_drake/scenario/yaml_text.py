@@ -2,8 +2,8 @@
 
 A text becomes dictionaries with names as keys, lists, numbers, truth values and texts. Tags are
 refused, so nothing is constructed that the schema does not ask for. YAML 1.1 reads some values in a
-way that people do not expect: `010` (octal), `1:30` (base 60), `2024-01-01`, `on`, and whole
-numbers of more than 18 digits. Here they stay texts, which the schema then takes for numbers or
+way that people do not expect: `010` (octal), `1:30` (base 60), `2024-01-01` and `on`. Here these,
+and whole numbers of more than 18 digits, stay texts, which the schema then takes for numbers or
 refuses.
 """
 
@@ -43,8 +43,8 @@ def parse_yaml(text: str, name: str, lines: dict[str, int] | None = None) -> Any
         lines: is filled with the line number of each key and entry, by its path.
 
     Raises:
-        ConfigurationError: the text is no YAML, has a tag, a key that is no text or occurs twice,
-            or more than 20,000 values or 30 levels. The message has the lines.
+        ConfigurationError: the text is no YAML, or has a tag, a key that is no text, or one that
+            occurs twice. Or it has more than 20,000 values or 30 levels. The message has the lines.
     """
     try:
         return _Reader(text, name, {} if lines is None else lines).document()

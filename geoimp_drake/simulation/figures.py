@@ -88,8 +88,8 @@ def panels_figure(
         log: of a run.
         arm: its name in the log.
         panels: title, label of the axis with its unit, values (N×3, or N for one curve), and the
-            least range of the axis, so that noise does not look like a signal. For one curve the
-            range is from zero up, for three to both sides. The default is the floor of its unit.
+            least range of the axis. That range keeps noise from looking like a signal. For one
+            curve it is from zero up, for three to both sides. The default is the floor of its unit.
         title: of the figure.
         phases: to be shaded: name, begin, end.
     """

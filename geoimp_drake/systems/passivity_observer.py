@@ -16,9 +16,9 @@ class PassivityObserver(PartSystem):
 
         w = (h − h̄)ᵀ(z − z̄)     (L.6)
 
-    is summed up while it is positive: this is a push. A push that follows another within half a
-    second, and is at least half as strong, tells that the contact rings; a single impact does not.
-    Below about 1 mJ a push tells nothing.
+    is summed up while it is positive: this is a push. If a push follows another within half a
+    second, and is at least half as strong, the contact rings. A single impact does not ring. Below
+    about 1 mJ a push tells nothing.
 
     Args:
         period: of wrench and readings [s].
