@@ -3,10 +3,14 @@
 The control laws of Caccavale, Natale, Siciliano and Villani, "Interaction Control", each as a
 Drake `LeafSystem`. Equation numbers in this package are that chapter's.
 
-Conventions, everywhere: spatial vectors are in Drake's order [angular; linear] (the chapter writes
-[linear; angular]); quaternions are [η, ε] = [w, x, y, z]; every frame motion, wrench and gain is
-expressed in the world frame W unless its name says otherwise; a wrench is exerted **by the end
-effector on the environment**, about the end effector's origin. SI units throughout.
+Conventions, everywhere:
+
+- Spatial vectors are in Drake's order [angular; linear]; the chapter writes [linear; angular].
+- Quaternions are [η, ε] = [w, x, y, z].
+- Every frame motion, wrench and gain is expressed in the world frame W unless its name says
+  otherwise.
+- A wrench is exerted **by the end effector on the environment**, about the end effector's origin.
+- SI units throughout.
 """
 
 import importlib
@@ -55,7 +59,7 @@ __all__ = [
     "wrist_sensor_at",
 ]
 
-# Each is imported when it is asked for: the command line starts without Drake.
+# Each is imported on demand: the command line starts without Drake.
 _MODULES = {
     "CooperativeControllerConfig": "controllers.cooperative_config",
     "DesiredMotion": "systems.sources.desired_motion",

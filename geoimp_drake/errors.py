@@ -18,7 +18,7 @@ __all__ = [
     "one_line",
 ]
 
-# What pydrake raises for what C++ throws.
+# The exceptions that pydrake raises for those of C++.
 DRAKE_RAISES = (RuntimeError, ValueError, IndexError)
 _LONGEST = 4000  # characters of a message
 _ABORT = re.compile(
@@ -82,13 +82,13 @@ class OutOfDomainError(SingularityError):
 def drake_errors(
     kind: type[GeoimpError], what: str, raised: tuple[type[Exception], ...] = DRAKE_RAISES
 ) -> Iterator[None]:
-    """Turns what Drake raises into one line of an error of this library.
+    """Turns an exception of Drake into a one-line error of this library.
 
     Args:
-        kind: of the error; those that are this library's already pass as they are.
-        what: is said before Drake's own words: the user's file or arm.
-        raised: beside SystemExit, by which Drake would end the process where one of its own
-            assertions fails. Anybody else's SystemExit passes.
+        kind: class of the error; an error that already is this library's passes unchanged.
+        what: stands before Drake's own words: the user's file or arm.
+        raised: the exceptions to turn. SystemExit is one, too, by which Drake would end the process
+            when one of its own assertions fails; any other SystemExit passes.
     """
     caught: tuple[type[BaseException], ...] = (SystemExit, *raised)
     try:

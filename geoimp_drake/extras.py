@@ -13,8 +13,8 @@ def needs_extra(extra: str, what: str, instead: str = "") -> Iterator[None]:
     """Turns an import that fails into one line that says what to install.
 
     Args:
-        extra: of this project, which brings what is imported.
-        what: needs it, as the beginning of a sentence.
+        extra: the one of this project that brings what is imported.
+        what: the use that needs it, as the beginning of a sentence.
         instead: a sentence about what can be done without it.
     """
     try:

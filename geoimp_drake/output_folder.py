@@ -22,7 +22,7 @@ def check_folder(folder: Path, files: Iterable[str] = ()) -> None:
     """Raises ConfigurationError unless files can be written into a folder; leaves it as it was.
 
     Args:
-        folder: for results; need not be there.
+        folder: for results; need not exist.
         files: their paths in it, see `check_entries`.
     """
     existing = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
@@ -42,14 +42,14 @@ def check_folder(folder: Path, files: Iterable[str] = ()) -> None:
 
 
 def check_file(path: Path) -> None:
-    """Raises ConfigurationError unless a file can be written whose folder is there already."""
+    """Raises ConfigurationError unless a file can be written into a folder that exists."""
     if not os.path.isdir(path.parent):
         raise ConfigurationError(f"{path} cannot be written: there is no folder {path.parent}.")
     check_folder(path.parent, [path.name])
 
 
 def check_entries(folder: Path, files: Iterable[str]) -> None:
-    """Raises ConfigurationError if something stands where a file is to be, or a folder above it.
+    """Raises ConfigurationError if something else stands in place of a file or a folder above it.
 
     Args:
         folder: for results.
@@ -62,7 +62,7 @@ def check_entries(folder: Path, files: Iterable[str]) -> None:
 
 
 def _check_entry(path: Path, *, is_file: bool) -> None:
-    """Raises ConfigurationError unless an entry is missing, or of the kind that is wanted."""
+    """Raises ConfigurationError unless an entry is missing or of the wanted kind."""
     try:
         mode = path.lstat().st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -84,11 +84,11 @@ def _found(path: Path) -> str:
 
 
 def write_files(folder: Path, contents: Iterable[tuple[str, bytes | str]]) -> list[Path]:
-    """Writes files, each under a name of its own first: a file that is there is whole.
+    """Writes files, each under a temporary name first, so that every file found there is whole.
 
     Args:
-        folder: is made if need be.
-        contents: of each file its name and all that it holds, a text in UTF-8; taken one by one.
+        folder: created if need be.
+        contents: name and content of each file, a text as UTF-8; taken one by one.
 
     Returns:
         The files.
@@ -123,7 +123,7 @@ def write_file(path: Path, content: bytes | str) -> None:
 def _write(folder: Path, name: str, data: bytes) -> None:
     check_entries(folder, [name])
     folder.mkdir(parents=True, exist_ok=True)
-    # Nobody can have put a link under a name that nobody knows, and `x` follows none.
+    # Nobody can have put a link under a random name, and the mode `x` follows none.
     part = folder / f".{secrets.token_hex(8)}.part"
     try:
         with part.open("xb") as file:

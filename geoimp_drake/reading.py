@@ -15,8 +15,8 @@ def read_text(path: Path, what: str, largest: int = LARGEST_TEXT) -> str:
 
     Args:
         path: of the file.
-        what: it is, for errors.
-        largest: size that is read [bytes].
+        what: the kind of file, for errors.
+        largest: the largest size that is read [bytes].
 
     Raises:
         ConfigurationError: as `check_regular`, or the file is not UTF-8.
@@ -29,7 +29,7 @@ def read_text(path: Path, what: str, largest: int = LARGEST_TEXT) -> str:
 
 
 def check_regular(path: Path, what: str, largest: int = LARGEST_TEXT) -> None:
-    """Raises ConfigurationError unless a path is that of a file of some size at most.
+    """Raises ConfigurationError unless a path is a regular file of at most some size.
 
     A pipe or a device may never end, and a folder cannot be read.
     """

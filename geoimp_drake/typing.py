@@ -5,5 +5,5 @@ import numpy as np
 __all__ = ["Array"]
 
 # An array of `float`, or of Drake's `AutoDiffXd` (dtype object): the laws do not decide on types.
-# Not `NDArray[Any]`, which Drake's `yaml_load_typed` does not take as the type of a field.
+# It is not `NDArray[Any]`, which Drake's `yaml_load_typed` does not take as the type of a field.
 Array = np.ndarray

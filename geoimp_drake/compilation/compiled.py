@@ -6,8 +6,8 @@ form for arrays of `float`; laws called by a compiled law are compiled into it. 
 on disk, see `machine_code.py`.
 
 Without numba (the extra `fast`), or with the environment variable `GEOIMP_COMPILED=0`,
-`compiled(law)` is the law itself. So it is, with a warning, if numba is installed and does not
-work. numba is imported by the first call, not before.
+`compiled(law)` is the law itself. The same holds, with a warning, if numba is installed and does
+not work. The first call imports numba.
 """
 
 import importlib.util
@@ -69,14 +69,14 @@ def compiled(law: Law) -> Law:
 
 
 def bound(law: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
-    """Returns a compiled law whose first arguments stay: arrays, numbers, and tuples of them.
+    """Returns a compiled law with fixed first arguments: arrays, numbers, and tuples of them.
 
-    A call from Python takes 50 ns for each array that is passed, and a piece of memory. These are
-    passed once; what they hold then may change.
+    A call from Python takes 50 ns and a piece of memory for each array that is passed. The fixed
+    arguments are passed once; what the arrays hold may change later.
 
     Args:
-        law: takes these arguments and those of a call.
-        arguments: arrays are contiguous.
+        law: takes the fixed arguments, then those of a call.
+        arguments: the fixed ones; arrays are contiguous.
     """
     if not is_available():
         return partial(law, *arguments)
@@ -141,7 +141,7 @@ def _bound(law: Any, kinds: Any) -> Any:
 
 
 def _made(law: Any, body: Any, kinds: str = "") -> Any:
-    """Returns what numba makes of `body`, the law, or the law with arguments of some types."""
+    """Returns `body` compiled by numba: the law, or the law with fixed arguments of some types."""
     import numba
 
     from geoimp_drake.compilation.machine_code import keep
@@ -152,7 +152,7 @@ def _made(law: Any, body: Any, kinds: str = "") -> Any:
     compile_for = dispatcher._compile_for_args
 
     def chosen(*arguments: Any, **named: Any) -> Any:
-        # numba asks for what has not been called with these types; floats do not come here again.
+        # Numba calls this for types that are new to it; floats do not come here again.
         as_written = any(getattr(a, "dtype", float) == "O" for a in arguments)
         return law if as_written else compile_for(*arguments, **named)
 

@@ -1,7 +1,7 @@
-"""What numba compiles for a law whose first arguments stay, see `compiled.bound`.
+"""What numba compiles for a law with fixed first arguments, see `compiled.bound`.
 
-They stand in a table: eight bytes for a number, place and shape of an array. The law is compiled
-for their types and takes the table's address.
+The arguments stand in a table: eight bytes for a number, address and shape for an array. The law is
+compiled for their types and takes the table's address.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +27,7 @@ class KeptArguments(partial):
 
     Args:
         law: compiled for the types of the arguments; takes the address of a table of them.
-        arguments: arrays are not copied: what is written to them later is what the law reads.
+        arguments: arrays are not copied: the law reads what is written to them later.
     """
 
     table: np.ndarray
@@ -49,7 +49,7 @@ class KeptArguments(partial):
 
 
 def kinds_of(arguments: tuple[Any, ...]) -> types.BaseTuple:
-    """Returns the types of arguments; an array that may not be written counts as any other."""
+    """Returns the types of arguments; a read-only array counts as any other."""
     return typeof(_as_writable(arguments))
 
 
@@ -99,7 +99,7 @@ def _read(context: Any, builder: Any, kind: Any, entries: Iterator[Any]) -> Any:
 
 
 def _read_array(context: Any, builder: Any, kind: Any, entries: Iterator[Any]) -> Any:
-    """Returns an array; without a `meminfo` it is not counted."""
+    """Returns an array; without a `meminfo` numba does not count its references."""
     entry_type = context.get_data_type(kind.dtype)
     data = builder.inttoptr(next(entries), entry_type.as_pointer())
     shape = [next(entries) for _ in range(kind.ndim)]

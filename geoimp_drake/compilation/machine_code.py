@@ -1,8 +1,8 @@
 """Machine code of laws on disk, beside their source or in numba's folder for the user.
 
 Files that cannot be read are discarded and made again; where none can be written, laws are compiled
-in every process. Machine code made from other sources of the library is not used: numba itself
-compares the file of the compiled law alone, not those of the laws that it calls.
+in every process. Machine code made from other sources of the library is not used. Numba itself
+compares only the file of the compiled law, not the files of the laws that it calls.
 """
 
 import contextlib
@@ -24,9 +24,9 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 _log = logging.getLogger("drake")
 
-# Numba tells functions of one name, such as the laws that a factory returns, apart by a number that
-# counts from one in every process. Of two with the same name and number in files of different
-# processes the linker takes one for both. So the numbers are random.
+# Numba tells functions of one name apart, such as the laws that a factory returns, by a number that
+# counts from one in every process. If files of different processes hold functions of the same name
+# and number, the linker takes one for both. So the numbers are random.
 FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), None)
 
 # Why machine code was not kept; only the first reason is logged.
@@ -34,12 +34,12 @@ _failures: list[Exception] = []
 
 
 def keep(dispatcher: Any, law: Callable[..., Any], kinds: str = "") -> None:
-    """Keeps on disk what a dispatcher of numba compiles of a law, where that is possible.
+    """Keeps the machine code of a law's dispatcher on disk, where that is possible.
 
     Args:
         dispatcher: of the law.
         law: as written.
-        kinds: types of arguments that stay, see `compiled.bound`.
+        kinds: types of the fixed arguments, see `compiled.bound`.
     """
     try:
         law_cache = _LawCache(law)
@@ -52,7 +52,7 @@ def keep(dispatcher: Any, law: Callable[..., Any], kinds: str = "") -> None:
 
 
 class _LawCache(FunctionCache):
-    """Numba's files of one law, without errors."""
+    """Numba's files of one law; a fault of a file raises no error."""
 
     kinds = ""
 

@@ -1,7 +1,7 @@
 """What numba compiles for operations on small arrays: arithmetic, entries and slices.
 
-Arithmetic is written out entry by entry, since a loop over three entries is not worth one; only
-long products are loops. Importing this module registers them.
+Arithmetic is written out entry by entry, since a loop over three entries does not pay. Only long
+products are loops. Importing this module registers them.
 """
 
 import itertools
@@ -27,8 +27,8 @@ from geoimp_drake.compilation.small_array_type import (
 
 __all__: list[str] = []
 
-# So many multiplications of a product are written out; one with more becomes a loop: a law runs
-# once in a step, and until the next one long code has left the caches.
+# A product with up to so many multiplications is written out; a longer one becomes a loop. A law
+# runs once in a step, and by the next step long code has left the caches.
 _WRITTEN_OUT = 64
 
 
@@ -122,7 +122,7 @@ def _product(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _long_product(builder: Any, sig: Any, args: Any, inner: int, columns: int) -> Any:
-    """Returns a product by a loop over its entries; each is summed as it is when written out."""
+    """Returns a product by a loop over its entries; each is summed as if it were written out."""
     a, b = (cgutils.alloca_once_value(builder, value) for value in args)
     result = ir.ArrayType(ir.DoubleType(), sig.return_type.size)
     found = cgutils.alloca_once(builder, result)
@@ -174,7 +174,7 @@ def _item_type(a: types.Type, place: Any) -> Any:
 
 
 def _assigned_type(target: types.Type, place: Any, a: types.Type) -> Any:
-    """Accepts slices with a constant stop only: the size of the array is not known."""
+    """Accepts only slices with a constant stop, since the size of the array is not known."""
     if not (isinstance(target, types.Array) and isinstance(a, SmallArray)):
         return None
     parts = place if isinstance(place, tuple) else (place,)

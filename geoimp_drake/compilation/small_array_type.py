@@ -1,8 +1,7 @@
 """What numba compiles for the arrays of `small_arrays.py`: values, which take no memory.
 
-Importing this module teaches numba their type, how they are made, read and written, and arithmetic
-on them: written out entry by entry, and as loops for long products only. Entries are in the order
-of NumPy, row by row.
+Importing this module teaches numba their type, and how they are made, read and written. Arithmetic
+is in `small_array_operations.py`. Entries are in the order of NumPy, row by row.
 """
 
 import math

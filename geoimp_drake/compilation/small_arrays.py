@@ -1,9 +1,9 @@
 """Small arrays of a known shape, which a compiled law keeps in registers.
 
-Laws work on vectors, quaternions and 3×3 matrices. For numba each array is a piece of memory,
-allocated, counted and released, which costs more than the arithmetic, and takes long to compile.
-What these functions return is, compiled, a value: its entries and no memory at all
-(`small_array_type.py`). As written, each returns an ordinary array, of `float` or `AutoDiffXd`.
+Laws work on vectors, quaternions and 3×3 matrices. For numba each array is a piece of memory that
+is allocated, counted and released. That costs more than the arithmetic, and takes long to compile.
+Compiled, these functions return values: entries and no memory at all (`small_array_type.py`). As
+written, each returns an ordinary array, of `float` or `AutoDiffXd`.
 
 A compiled law takes its signals by `sized`. On small arrays it may use `+`, `-`, `@`, `.T`, `-a`,
 products with and quotients by a number, and entries and slices at constant places. It writes its
@@ -48,9 +48,9 @@ def joined(first: Array, second: Array) -> Array:
 
 
 def sized(a: Array, *shape: int) -> Array:
-    """The array `a` as a small array of its own shape, which is not compared when compiled.
+    """The array `a` as a small array of its own shape, which is not checked when compiled.
 
-    Do not write to `a` as long as the result is used: only compiled it is a copy.
+    Do not write to `a` as long as the result is used: it is a copy only when compiled.
 
     Args:
         a: an array.
@@ -67,7 +67,7 @@ def sized_like(a: Array, pattern: Array) -> Array:
 def numbers(a: Array) -> Array:
     """The array `a` itself if it is one of floats, the values of one of `AutoDiffXd`.
 
-    For checks, and for what has its derivatives from elsewhere.
+    For checks, and for results whose derivatives come from elsewhere.
     """
     if a.dtype == float:
         return a
@@ -75,10 +75,10 @@ def numbers(a: Array) -> Array:
 
 
 def local(a: Array) -> Array:
-    """A copy of `a` that may be written, as an ordinary array; it ends with the law that makes it.
+    """A writable copy of `a` as an ordinary array; it ends with the law that makes it.
 
-    It may be passed to other laws, but not be returned: that of a small array takes no memory, and
-    is on the stack.
+    It may be passed to other laws, but not returned: the copy of a small array is on the stack and
+    takes no memory.
     """
     return np.array(a)
 

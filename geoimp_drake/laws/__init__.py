@@ -2,7 +2,7 @@
 
 Every function accepts arrays of `float` and of Drake's `AutoDiffXd` unless its docstring says
 otherwise, and its docstring starts with the law's equation number. Spatial vectors are
-[angular; linear]. Subscripts are the chapter's (dc: desired minus compliant) and frames are in
-monogram notation: Δᶜω_dc, the angular velocity of D relative to C expressed in C, is `w_CD_C`;
-its derivative Δᶜω̇_dc, of the C components, is `dw_CD_C`; {η_dc, ᶜε_dc} is `Q_CD`.
+[angular; linear]. Subscripts are the chapter's (dc: desired minus compliant), and frames are in
+monogram notation. `w_CD_C` is Δᶜω_dc, the angular velocity of D relative to C expressed in C.
+`dw_CD_C` is its derivative Δᶜω̇_dc, that of the components in C. `Q_CD` is {η_dc, ᶜε_dc}.
 """

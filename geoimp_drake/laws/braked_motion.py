@@ -18,15 +18,17 @@ __all__ = ["braked_motion"]
 
 
 def braked_motion(time: float, duration: float, start: Array) -> Array:
-    """Returns the motion (19,) of a frame that had a motion at time zero and then brakes.
+    """Returns the motion (19,) of a frame that brakes from its motion at time zero.
 
-    With x = t/T its velocity is v_0 h(x) + a_0 T k(x), where h falls from 1 to 0 and k is what an
-    acceleration of 1 at the start fades out by; both end with slope and curvature zero:
+    With x = t/T its velocity is v_0 h(x) + a_0 T k(x). While h falls from 1 to 0, k starts with
+    slope 1, so that the acceleration at the start fades out. Both end with slope and curvature
+    zero:
 
         h = 1 − 10 x³ + 15 x⁴ − 6 x⁵,   k = x − 6 x³ + 8 x⁴ − 3 x⁵.
 
-    The frame comes to rest v_0 T/2 + a_0 T²/10 away. It turns about the axis of its angular
-    velocity; an angular acceleration across that axis ends at once. Floats only.
+    The frame comes to rest after a displacement of v_0 T/2 + a_0 T²/10. It turns about the axis of
+    its angular velocity; an angular acceleration perpendicular to that axis ends at once. Floats
+    only.
 
     Args:
         time: t since braking began [s].

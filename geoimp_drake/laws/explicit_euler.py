@@ -1,4 +1,4 @@
-"""Explicit Euler, and how many steps of it there are in a time."""
+"""Explicit Euler, and the number of its steps in a given time."""
 
 import math
 
@@ -7,13 +7,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["explicit_euler", "steps_of"]
 
-# A time this share of a step longer is still one of a whole number of steps.
+# A time that is longer by this share of a step still counts as a whole number of steps.
 _ROUNDING = 1e-6
 
 
 @compilable
 def explicit_euler(state: Array, rate: Array, step: float) -> None:
-    """Moves a state on, x + Δt ẋ. Floats only.
+    """Advances a state to x + Δt ẋ. Floats only.
 
     Args:
         state: x (n,), overwritten.
@@ -25,7 +25,7 @@ def explicit_euler(state: Array, rate: Array, step: float) -> None:
 
 
 def steps_of(elapsed: float, longest: float) -> int:
-    """Returns in how many equal steps a time passes, none of them longer than the longest.
+    """Returns the number of equal steps in a time, none of them longer than the longest.
 
     Args:
         elapsed: [s].

@@ -1,8 +1,8 @@
-"""The order of a frame motion, and checks of it and of any other signal.
+"""The order of a frame motion, and checks of frame motions and other signals.
 
-Unit quaternion [w, x, y, z] and position p of the frame, then its angular velocity ω, linear
-velocity v, angular acceleration ω̇ and linear acceleration v̇, all of the frame in W, expressed
-in W. Without its accelerations it is the state of a frame that is integrated.
+First come the unit quaternion [w, x, y, z] and the position p of the frame. Its angular velocity ω,
+linear velocity v, angular acceleration ω̇ and linear acceleration v̇ follow. All are of the frame
+in W, expressed in W. A frame motion without its accelerations is the state of an integrated frame.
 """
 
 import math
@@ -60,7 +60,7 @@ def is_finite(value: Array) -> bool:
 
 @compilable
 def is_frame_motion(motion: Array) -> bool:
-    """Whether a frame motion (19,) is finite and its quaternion a unit one."""
+    """Whether a frame motion (19,) is finite and has a unit quaternion."""
     Q = motion[QUATERNION]
     norm = np.sqrt(Q[0] * Q[0] + Q[1] * Q[1] + Q[2] * Q[2] + Q[3] * Q[3])
     return is_finite(motion) and abs(norm - 1.0) <= UNIT_TOLERANCE

@@ -24,9 +24,9 @@ __all__ = ["target_filter"]
 
 @compilable
 def _jerk(pole: float, error: Array, v: Array, a: Array, speed: float) -> Array:
-    """Returns λ³ e − 3λ² v − 3λ a, e not longer than what lets v tend to the speed, 3 speed/λ."""
+    """Returns λ³ e − 3λ² v − 3λ a, with e shortened to 3 speed/λ, so that v tends to the speed."""
     longest, square = 3.0 * speed / pole, error @ error
-    # Without the root at zero, which has no derivative.
+    # This avoids the root at zero, which has no derivative.
     share = longest / np.sqrt(square) if square > longest * longest else 1.0
     return pole * (pole * (pole * share * error - 3.0 * v) - 3.0 * a)
 
@@ -39,7 +39,7 @@ def target_filter(
 
         p⃛ = λ³ (p_t − p) − 3λ² v − 3λ v̇,   ω̈ = λ³ log(R_t Rᵀ) − 3λ² ω − 3λ ω̇
 
-    Three poles at −λ: no overshoot from rest, and along a fixed axis the rotation is the same
+    With three poles at −λ nothing overshoots from rest. About a fixed axis the rotation is the same
     filter of the angle. The logarithm is the rotation vector in W, up to half a turn. Position,
     velocity and acceleration stay continuous when the target jumps. Error vectors are shortened
     where v or ω would exceed the given speed; it is exceeded by at most 1 %.

@@ -1,8 +1,8 @@
 """Angle/axis representations ᶜo = f(ϑ) r of an orientation, Table 2.1.
 
-With η = cos(ϑ/2) ≥ 0 and ε = sin(ϑ/2) r, each of them is o = k ε, and the matrix of (3.13) is
-Ω = a I + b εεᵀ − ½ k S(ε), with scalars k, a, b that are smooth in η and ‖ε‖². This form has no
-division by ϑ, needs no axis where there is none, and has derivatives at ϑ = 0.
+With η = cos(ϑ/2) ≥ 0 and ε = sin(ϑ/2) r, each of them is o = k ε. The matrix of (3.13) is Ω = a I +
+b εεᵀ − ½ k S(ε). The scalars k, a, b are smooth in η and ‖ε‖². This form has no division by ϑ,
+needs no axis where there is none, and has derivatives at ϑ = 0.
 """
 
 import math
@@ -30,7 +30,7 @@ __all__ = [
     "representation",
 ]
 
-# The interval of η in which a half turn is reported: at 1 ms it catches up to 4 rad/s.
+# The interval of η in which a half turn is reported: with 1 ms samples it catches up to 4 rad/s.
 SMALLEST_ETA = 1e-3
 
 

@@ -89,8 +89,8 @@ def to_rotation(Q: Array) -> Array:
 def from_rotation(R: Array) -> Array:
     """The unit quaternion (4,) of the rotation matrix `R`, with η ≥ 0.
 
-    Four times one entry of Q, times Q itself, is a row that contains no cancellation as long as
-    that entry is the largest: the branch chooses it, so the result is accurate at every angle.
+    Four times one entry of Q, times Q itself, is a row without cancellation as long as that entry
+    is the largest. The branch chooses that entry, so the result is accurate at every angle.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows(R)
     trace = xx + yy + zz

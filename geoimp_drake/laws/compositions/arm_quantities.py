@@ -30,7 +30,7 @@ def measured_motion(
 
     Args:
         arm: its constants.
-        found: memory for what is found of it.
+        found: memory for its quantities.
         order: of the reading (2n,).
         reading: at least (2n,) [rad, m; rad/s, m/s].
         motion: where to write.
@@ -50,12 +50,12 @@ def measured_motion(
 def arm_quantities(
     arm: ChainArrays, found: ChainValues, Q_WE: Array, R_WE: Array, p_WE: Array, Fv: Array
 ) -> None:
-    """Writes what the laws of the chain find, and Q_WE, R_WE, p_WE and Fq̇ of (2.1), (2.2).
+    """Writes the results of the chain's laws, and Q_WE, R_WE, p_WE and Fq̇ of (2.1), (2.2).
 
     Args:
         arm: its constants.
-        found: has joint positions and velocities; where to write the rest.
-        Q_WE: where to write (4,), as all that follow.
+        found: holds joint positions and velocities; where to write the rest.
+        Q_WE: where to write (4,), like all that follow.
         R_WE: see there (3, 3).
         p_WE: see there (3,).
         Fv: see there (n,).

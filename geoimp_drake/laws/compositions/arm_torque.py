@@ -1,8 +1,8 @@
 """The inner loop of one arm in one call: from its reading, a reference motion and the wrench to τ.
 
-The laws are those of the blocks, in the same order: kinematics and dynamics (2.1), (2.2), the
-tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A call
-from Python costs more than these laws, so they share one. Floats only.
+The laws are those of the blocks, in the same order. They are kinematics and dynamics (2.1), (2.2),
+the tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A
+call from Python costs more than these laws, so they share one. Floats only.
 
 A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place of each entry.
 """
@@ -64,11 +64,11 @@ def arm_torque(orientation_law: Callable[..., Array]) -> Callable[..., int]:
         h: Array,
         u: Array,
     ) -> int:
-        """Writes the torques of a six-joint arm; returns what became of them.
+        """Writes the torques of a six-joint arm; returns UNUSABLE, DONE or BOUND.
 
         Args:
             arm: its constants.
-            found: memory for what is found of it.
+            found: memory for its quantities.
             order: of the reading (12,).
             actuation_order: which joint each actuator drives (6,).
             orientation: K_Do and K_Po (2, 3, 3) [1/s, 1/s²].
@@ -129,10 +129,10 @@ def redundant_arm_torque(n: int, orientation_law: Callable[..., Array]) -> Calla
         gradient_rate: Array,
         error: Array,
     ) -> int:
-        """Writes the torques; returns what became of them.
+        """Writes the torques; returns UNUSABLE, DONE or BOUND.
 
         Args:
-            arm: this and what stands before `gains` is as for six joints.
+            arm: this and all arguments before `gains` are as for six joints.
             found: see there.
             order: see there (2n,).
             actuation_order: see there (n,).

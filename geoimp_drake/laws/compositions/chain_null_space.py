@@ -27,10 +27,11 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array, float]]
         """Returns J†, α_n and e_n of (3.33), (3.38) and (3.37), and `null_space_decay_bound` for K.
 
         Args:
-            gains: K and κ of K_n = K + κB (n, n), gain k_β of the task function, a constant W and
-                its inverse (2, n, n), whether (3.36) W = B instead, σ₀ and λ₀ of
+            gains: K and κ of K_n = K + κB (n, n), and the gain k_β of the task function. Then a
+                constant W and its inverse (2, n, n), whether (3.36) W = B instead, σ₀ and λ₀ of
                 `damped_pseudo_inverse`.
-            found: of the arm; what depends on the velocity, but for Cq̇ and Ḃ, is lost.
+            found: quantities of the arm; those that depend on the velocity are lost, except Cq̇ and
+                Ḃ.
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
         """
@@ -52,7 +53,7 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array, float]]
         )
         if weighs_by_inertia:
             W, W_inverse, dW = B, B_inverse, dB
-        # C e_n as `null_space_acceleration.coriolis_product` finds it.
+        # C e_n as in `null_space_acceleration.coriolis_product`.
         c_moved, c_e = local(v), local(v)
         chain_coriolis(local(v + e_n), found, c_moved)
         chain_coriolis(local(e_n), found, c_e)

@@ -26,7 +26,7 @@ def impedance_step(angular_acceleration: Callable[..., Array]) -> Callable[..., 
         motion: Array,
         rate: Array,
     ) -> bool:
-        """Writes the motion of C and the derivative of its state; False if an input is none.
+        """Writes the motion of C and the rate of its state; returns False if an input is unusable.
 
         Args:
             state: this and the following six are those of `compliant_motion`.

@@ -1,7 +1,7 @@
 """A tick of the impedance controller of a six-joint arm in one call: reading, state of C, torques.
 
-The laws are those that a tick calls one after the other otherwise, in the same order. A call from
-Python costs more than most of them, so they share one. Floats only.
+The laws are those that a tick otherwise calls one by one, in the same order. A call from Python
+costs more than most of them, so they share one. Floats only.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["UNUSUAL", "impedance_tick"]
 
-# What a law returns that has not moved on.
+# What a law returns that has changed nothing.
 UNUSUAL = -1
 
 
@@ -47,24 +47,24 @@ def impedance_tick(
         target: Array,
         elapsed: float,
     ) -> int:
-        """Moves on by a tick; returns what `peak_effort` does.
+        """Advances by one tick; returns what `peak_effort` returns.
 
-        It returns UNUSUAL, and reading, state, D, last motion and peaks are as they were, where C
-        has not started or is held back, a limit acts or begins to, or a signal cannot be used.
+        It returns UNUSUAL if C has not started or is held back, a limit acts or begins to act, or a
+        signal cannot be used. Reading, state, D, last motion and peaks then stay as they were.
 
         Args:
-            sampling: what `next_reading` takes before the period, its last two the same.
-            impedance: what `impedance_step` takes, with the D of the tick before.
-            arm: what `arm_torque` takes.
-            efforts: what `peak_effort` takes.
-            last: motion of C as the tick before ended (19,).
+            sampling: the arguments of `next_reading` before the period; the last two are the same.
+            impedance: the arguments of `impedance_step`, with D of the previous tick.
+            arm: the arguments of `arm_torque`.
+            efforts: the arguments of `peak_effort`.
+            last: motion of C at the end of the previous tick (19,).
             holds: not zero while C is held back (1,).
             acts: not zero while a limit acts (1,).
             target: motion of D at the end of this tick (19,).
-            elapsed: time since the tick before [s].
+            elapsed: time since the previous tick [s].
 
         Raises:
-            numpy.linalg.LinAlgError: J is exactly singular; nothing has moved then, either.
+            numpy.linalg.LinAlgError: J is exactly singular; nothing has changed then, either.
         """
         differenced, turns, reading, held, _ = sampling
         state, desired, h, translation, rotation, coupling, parts, C, rate = impedance
@@ -74,7 +74,7 @@ def impedance_tick(
         read, x = local(sized(held, 13)), local(sized(state, FRAME_STATE_SIZE))
         if not next_reading(differenced, turns, reading, held, read, elapsed):
             return UNUSUAL
-        # With the new wrench and the old D, as a simulator integrates it.
+        # With the new wrench and the old D, as a simulator integrates.
         if not follow(x, desired, h, translation, rotation, coupling, parts, C, rate):
             return UNUSUAL
         explicit_euler(x, rate, elapsed)

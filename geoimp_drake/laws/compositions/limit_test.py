@@ -22,7 +22,7 @@ def limit_test(
     limits: Array,
     settings: Array,
 ) -> bool:
-    """Whether an acceleration, its torques (2.3) or the posture are beyond a limit. Floats only.
+    """Whether an acceleration, its torques (2.3) or the posture is beyond a limit. Floats only.
 
     Args:
         J: this and the following five are those of `inverse_dynamics`.

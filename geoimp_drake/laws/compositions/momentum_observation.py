@@ -41,7 +41,7 @@ def momentum_observation(n: int) -> Callable[..., bool]:
         forces: Array,
         residual: Array,
     ) -> bool:
-        """Moves the observer on by a step; returns False if a signal is not finite.
+        """Advances the observer by one step; returns False if a signal is not finite.
 
         Args:
             arm: its constants.
@@ -86,8 +86,8 @@ def external_wrench(
 ) -> None:
     """Writes the wrench h by the end effector on its environment, about Eo, in W (6,).
 
-    External torques are those of a wrench −h on the arm, τ_ext = −Jᵀh, in the least squares: with
-    more than six joints what no wrench at E explains is left out.
+    External torques are those of a wrench −h on the arm, τ_ext = −Jᵀh, solved in the least-squares
+    sense. With more than six joints, the part that no wrench at E explains is left out.
 
     Args:
         arm: its constants.

@@ -1,8 +1,9 @@
 """The object's part of tight cooperation in one call: from hands and wrenches to their references.
 
-The laws are those of the blocks, in the same order: motion and wrenches of the object (4.1)-(4.9),
-its impedance (3.1), (3.30), the same on the internal wrench, and the references (4.10)-(4.15). A
-call from Python costs more than these laws, so they share one. Floats only.
+The laws are those of the blocks, in the same order. Motion and wrenches of the object (4.1)-(4.9)
+come first, then its impedance (3.1), (3.30) and the same law for the internal wrench. The
+references (4.10)-(4.15) are last. A call from Python costs more than these laws, so they share one.
+Floats only.
 """
 
 from collections.abc import Callable
@@ -33,13 +34,13 @@ from geoimp_drake.typing import Array
 
 __all__ = ["COMPLIANT", "HANDS", "MEASURED_MUTUAL", "MUTUAL", "OBJECT", "object_control"]
 
-# The rows of the motions (6, 19): of O as measured, of the mutual pose as measured, of C, of the
-# mutual pose that the references have, and of both references.
+# The rows of the motions (6, 19): O and the mutual pose as measured, C, the mutual pose of the
+# references, and both references.
 OBJECT, MEASURED_MUTUAL, COMPLIANT, MUTUAL, HANDS = 0, 1, 2, 3, slice(4, 6)
 
 _NOWHERE = np.zeros(FRAME_MOTION_SIZE)
 
-# Of the mutual pose.
+# The law of the mutual pose.
 _internal_impedance = compilable(compliant_motion(angular_acceleration))
 
 
@@ -99,8 +100,9 @@ def object_control(family_law: Callable[..., Array]) -> Callable[..., bool]:
             h_1: wrench of the first hand (6,), about its own origin, in W.
             h_2: the same of the second (6,).
             desired: motion of D (19,).
-            state: of C and of the mutual pose, without accelerations (26,); zeros for at rest on
-                what is measured. Afterwards that of the motions written, quaternions unit.
+            state: of C and of the mutual pose, without accelerations (26,); zeros mean at rest at
+                the measured poses. Afterwards the state of the motions written, with unit
+                quaternions.
             pose: ¹Q_21 and ᵒΔp_21 of the grasp (7,).
             reference: motion whose inertial load is removed (19,), zeros for the weight alone.
             motions: where to write the motions (6, 19).

@@ -34,8 +34,8 @@ def sensor_sample(
 ) -> tuple[bool, bool]:
     """Writes reading, peak and h of one sample.
 
-    Returns False if the reaction or the motion is not finite, when h is not written; and whether an
-    axis has just left its range.
+    Returns whether h is written, and whether an axis has just left its range. The former is false
+    if the reaction or the motion is not finite.
 
     Args:
         X_WT: pose of the tool in W, [R p] (3, 4).
@@ -63,11 +63,11 @@ def sensor_sample(
 
 @compilable
 def sensor_sample_along(path: Array, q: Array, *rest: Any) -> tuple[bool, bool]:
-    """Does the same for a tool whose pose follows from the positions of the joints before it.
+    """Does what `sensor_sample` does, for a tool whose pose follows from the joints before it.
 
     Args:
         path: from the world to the tool, see `path_motion.pose_along` (n + 1, 18).
         q: joint positions of the whole plant.
-        rest: what `sensor_sample` takes after the pose.
+        rest: the arguments of `sensor_sample` after the pose.
     """
     return sensor_sample(pose_along(path, q), *rest)

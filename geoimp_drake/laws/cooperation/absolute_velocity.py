@@ -14,8 +14,8 @@ def absolute_velocity(V_W1: Array, V_W2: Array) -> Array:
     """(4.5) v_o = ½(v_1 + v_2) (6,), [angular; linear], in W [rad/s, m/s].
 
     The linear half is the derivative of (4.1). The angular half is that of (4.4) if ¹r_21 is
-    constant, as in a rigid grasp; if not, it exceeds that by (1 − cos(ϑ_21/2)) r × ṙ, with r and
-    its rate of change ṙ in O, where the entries of r are those of ¹r_21.
+    constant, as in a rigid grasp. Otherwise it exceeds that of (4.4) by (1 − cos(ϑ_21/2)) r × ṙ.
+    Here r in O has the entries of ¹r_21, and ṙ is its rate of change in O.
     """
     return 0.5 * (V_W1 + V_W2)
 
@@ -23,8 +23,8 @@ def absolute_velocity(V_W1: Array, V_W2: Array) -> Array:
 def moved_velocity(V_Wk: Array, p_kO: Array) -> Array:
     """Returns the velocity (6,) of hand k as that of a body's point at O: v_k + ω_k × (p_o − p_k).
 
-    The mean of both hands' is dual to the object wrench by the full grasp matrix, as (4.5) is to
-    (4.6); the two agree for a rigid grasp.
+    The mean of this velocity over both hands is dual to the object wrench of the full grasp matrix,
+    as (4.5) is to (4.6). For a rigid grasp it agrees with (4.5).
 
     Args:
         V_Wk: velocity of hand k (6,), [angular; linear], in W [rad/s, m/s].

@@ -40,8 +40,8 @@ def watch_grasps(
 ) -> bool:
     """Writes how long each hand has been empty and whether its grasp has opened; floats only.
 
-    A grasp has opened if the size of its wrench fell from `loaded` to below 1 within the fall time
-    and has stayed there for the dwell. Returns False if a wrench is not finite.
+    A grasp has opened if the size of its wrench fell from `loaded` to below 1 within the fall time.
+    It must then have stayed below 1 for the dwell. Returns False if a wrench is not finite.
 
     Args:
         h_1: wrench of the first hand (6,) [Nm, N].

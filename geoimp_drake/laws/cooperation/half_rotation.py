@@ -1,8 +1,8 @@
 """Half of a rotation, as a quaternion and with its velocity and acceleration.
 
-Half of Q is (Q + 1) / ‖Q + 1‖: no angle and no axis is needed, so nothing fails at ϑ = 0 or at
-ϑ = π. Q and −Q have different halves, ϑ/2 and ϑ/2 − π about the same axis; the half is not defined
-at Q = −1 alone, a whole turn, ϑ = 2π.
+Half of Q is (Q + 1) / ‖Q + 1‖. It needs no angle and no axis, so nothing fails at ϑ = 0 or at ϑ =
+π. Q and −Q have different halves, ϑ/2 and ϑ/2 − π about the same axis. The half is undefined only
+at Q = −1, a whole turn, ϑ = 2π.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def half_rotation_motion(Q: Array, w: Array, dw: Array) -> tuple[Array, Array, A
     Q_ddot = rate(Q, dw) + rate(Q_dot, w)
     n_dot = Q_dot[0] / n
     H_dot = (Q_dot - n_dot * H) / n
-    # But for a multiple of H, which has no part in ω̇.
+    # Without a multiple of H, which adds nothing to ω̇.
     H_ddot = (Q_ddot - 2.0 * n_dot * H_dot) / n
     return H, _vector(H_dot, H), _vector(H_ddot, H)
 
@@ -64,7 +64,7 @@ def is_half_defined(Q: Array) -> bool:
 
 
 def check_half_defined(Q: Array) -> None:
-    """Refuses a mutual orientation of which half is not defined; floats only.
+    """Refuses a mutual orientation whose half is not defined; floats only.
 
     Raises:
         OutOfDomainError: ϑ is above 355°.

@@ -34,13 +34,13 @@ __all__ = ["held_object_motion", "held_object_wrenches"]
 def held_object_motion(first: Array, second: Array, nearby: Array, motions: Array) -> None:
     """Writes the motion of the object O in W and the mutual motion (2, 19).
 
-    The former's accelerations are the means of the hands'. The latter is ¹Q_21, ᵒΔp_21, ¹ω_21 and
-    d(ᵒΔp_21)/dt, with zeros for the accelerations.
+    The accelerations of O are the means of the hands'. The mutual motion is ¹Q_21, ᵒΔp_21, ¹ω_21
+    and d(ᵒΔp_21)/dt, with zeros for the accelerations.
 
     Args:
         first: motion of the first hand (19,), in W.
         second: the same of the second (19,).
-        nearby: quaternion (4,); of ±¹Q_21 the one nearer to it is used.
+        nearby: quaternion (4,); the one of ±¹Q_21 that is nearer to it is used.
         motions: where to write.
     """
     first, second = sized(first, FRAME_MOTION_SIZE), sized(second, FRAME_MOTION_SIZE)
@@ -75,10 +75,10 @@ def held_object_wrenches(
     reference: Array,
     wrenches: Array,
 ) -> None:
-    """Writes the object's wrench, the internal wrench, and that in mutual axes (3, 6).
+    """Writes the object's wrench, the internal wrench, and the latter in mutual axes (3, 6).
 
-    They are h_o without the object's load, about Oo, in W; ½(h_2 − h_1) in W; and the latter as
-    [¹μ; ᵒf].
+    The rows are h_o without the object's load, about Oo, in W; ½(h_2 − h_1) in W; and the internal
+    wrench as [¹μ; ᵒf].
 
     Args:
         h_1: wrench of the first hand (6,), about its own origin, in W.

@@ -1,17 +1,18 @@
 """The impedance between two hands in a sampled loop: which gains hold a stiff grasp.
 
-In a stiff grasp the hands do not move against each other, but the inner loops want them to: each
-sample they ask for the acceleration a = Δẍ + K_D Δẋ + K_P Δx of the references, and the internal
-wrench h changes by Λ a, Λ the apparent inertia of the hands against each other. One sample later
-it moves the references by M Δẍ + D Δẋ + K Δx = −h. Two things can go wrong:
+In a stiff grasp the hands do not move against each other, but the inner loops want them to. In each
+sample they ask for the acceleration a = Δẍ + K_D Δẋ + K_P Δx of the references. The internal wrench
+h then changes by Λ a, with Λ the apparent inertia of the hands against each other. One sample later
+h moves the references by M Δẍ + D Δẋ + K Δx = −h. Two things can go wrong:
 
 - *heavy hands*: at once Δẍ = −M⁻¹h, and h becomes (1 − Λ M⁻¹) h. That grows if an eigenvalue of
   Λ M⁻¹ is above 2.
-- *light hands*: between the samples T ḣ = Λ a. With s for the derivative and ν = Λ/T the loop is
-  M s³ + (D + ν) s² + (K + ν K_D) s + ν K_P = 0, by Routh stable for M < (D + ν)(K + ν K_D)/(ν K_P).
-  The worst ν is √(D K/K_D): every one is stable for M < (√K + √(D K_D))²/K_P.
+- *light hands*: between the samples T ḣ = Λ a. With s for the derivative and ν = Λ/T, the loop is M
+  s³ + (D + ν) s² + (K + ν K_D) s + ν K_P = 0. By Routh's criterion it is stable for M <
+  (D + ν)(K + ν K_D)/(ν K_P). The worst ν is √(D K/K_D), so the loop is stable for every ν if M <
+  (√K + √(D K_D))²/K_P.
 
-These laws are for the making of a controller; floats only.
+These laws are used when a controller is made; floats only.
 """
 
 import numpy as np
@@ -29,8 +30,8 @@ _RATIO, _LARGEST_DECAY = np.sqrt(2.0), 0.5
 def relative_inertia(J_1: Array, B_1: Array, J_2: Array, B_2: Array) -> Array:
     """Returns Λ = (J_1 B_1⁻¹ J_1ᵀ + J_2 B_2⁻¹ J_2ᵀ)⁻¹ (6, 6), in W [kg m², kg].
 
-    The lever of the mutual position, by which hands that turn move, is left out: it changes nothing
-    along that lever, where two arms are heaviest.
+    The lever of the mutual position, by which turning hands also move, is left out. It changes
+    nothing along that lever, where two arms are heaviest.
 
     Args:
         J_1: geometric Jacobian of the first hand (6, n), in W.
@@ -43,7 +44,7 @@ def relative_inertia(J_1: Array, B_1: Array, J_2: Array, B_2: Array) -> Array:
 
 
 def least_mass(inertia: float, stiffness: float, K_D: float, period: float) -> float:
-    """Returns M with half of the range of heavy hands left, and for which D T/M ≤ 0.5 is enough.
+    """Returns M that leaves half of the range of heavy hands, and for which D T/M ≤ 0.5 is enough.
 
     Args:
         inertia: largest apparent inertia λ_max(Λ) [kg or kg m²].
@@ -56,7 +57,7 @@ def least_mass(inertia: float, stiffness: float, K_D: float, period: float) -> f
 
 
 def least_damping(mass: float, stiffness: float, K_P: float, K_D: float) -> float:
-    """Returns D that holds hands of any weight with a margin, and is 2√2 √(KM) at least.
+    """Returns D that holds hands of any weight with a margin, and is at least 2√2 √(KM).
 
     Args:
         mass: M [kg or kg m²].
@@ -69,7 +70,7 @@ def least_damping(mass: float, stiffness: float, K_P: float, K_D: float) -> floa
 
 
 def growth_rate(inertia: Array, gains: Array, motion: Array, period: float) -> float:
-    """Returns at which rate a disturbance grows from sample to sample [1/s]; negative is stable.
+    """Returns the rate at which a disturbance grows between samples [1/s]; negative is stable.
 
     Args:
         inertia: Λ (n, n).

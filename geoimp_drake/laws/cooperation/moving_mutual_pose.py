@@ -1,9 +1,9 @@
 """References (4.10)-(4.15) of two hands whose mutual pose moves: the derivatives of the poses.
 
-The mutual position is given in C, ᶜΔp_r21 with the derivatives of its entries, and the mutual
-orientation ¹Q_r21 in the first hand, with its angular velocity ¹ω_r21 and the derivative of its
-entries. C lies in the middle whatever the mutual pose does: (4.1) and (4.4) of the references
-give C.
+The mutual position is given in C: ᶜΔp_r21 with the derivatives of its entries. The mutual
+orientation ¹Q_r21 is given in the first hand, with the angular velocity ¹ω_r21 and the derivative
+of its entries. C stays in the middle whatever the mutual pose does: (4.1) and (4.4) of the
+references give C.
 """
 
 from geoimp_drake.compilation.compiled import compilable
@@ -45,7 +45,7 @@ def reference_rotations(
     """(4.12), (4.13) Q_r1, Q_r2 with the angular velocities and accelerations that belong to them.
 
     With H, the half of ¹Q_r21, the hands are at Q_c * H⁻¹ and Q_c * H. Their angular velocities are
-    ω_c ∓ ½ Δω_r21 of (4.14), (4.15) if ¹r_r21 is constant, and differ from it if the axis moves.
+    ω_c ∓ ½ Δω_r21 of (4.14), (4.15) if ¹r_r21 is constant, and differ from these if the axis moves.
 
     Args:
         Q_WC: orientation of C (4,).

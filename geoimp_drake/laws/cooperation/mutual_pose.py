@@ -1,9 +1,9 @@
 """The pose of the second hand relative to the first.
 
 Frames: 1 and 2 the end effectors, any frames fixed in the hands. Q and −Q are the same rotation,
-but O is half of it away from the first hand, and the halves of Q and −Q differ by half a turn. So
-the sign is chosen once, and from then on it is the one nearest to that choice: with hands that face
-each other, ϑ_21 = π, the axis ¹r_21 of the positive sign would flip with the slightest noise.
+but their halves differ by half a turn. O is turned from the first hand by such a half. So the sign
+is chosen once, and from then on it is the one nearest to that choice. A positive sign would not do:
+with hands that face each other, ϑ_21 = π, the axis ¹r_21 would flip with the slightest noise.
 """
 
 import numpy as np
@@ -42,7 +42,7 @@ def mutual_orientation(Q_W1: Array, Q_W2: Array, nearby: Array) -> Array:
     Args:
         Q_W1: orientation of the first hand (4,).
         Q_W2: orientation of the second hand (4,).
-        nearby: ¹Q_21 at the start, or as prescribed (4,); of ±¹Q_21 the nearer one is returned.
+        nearby: ¹Q_21 at the start, or as prescribed (4,); the nearer one of ±¹Q_21 is returned.
     """
     Q_12 = product(conjugate(Q_W1), Q_W2)
     return -Q_12 if Q_12 @ nearby < 0.0 else Q_12
@@ -51,7 +51,7 @@ def mutual_orientation(Q_W1: Array, Q_W2: Array, nearby: Array) -> Array:
 def mutual_orientation_at_start(Q_W1: Array, Q_W2: Array) -> Array:
     """(4.8) ¹Q_21 = Q_1⁻¹ * Q_2 (4,), with the sign that is kept from then on.
 
-    ϑ_21 ≤ π, except for hands that nearly face each other (ϑ_21 > 168°): there the largest entry of
+    ϑ_21 ≤ π, except for hands that nearly face each other (ϑ_21 > 168°). There the largest entry of
     the axis is positive, so that noise does not choose between ϑ_21 and 2π − ϑ_21.
     """
     Q_12 = product(conjugate(Q_W1), Q_W2)

@@ -18,8 +18,8 @@ __all__ = ["grasp_matrix", "object_wrench", "printed_object_wrench"]
 def printed_object_wrench(h_1: Array, h_2: Array) -> Array:
     """(4.6) h_o = h_1 + h_2 (6,), each moment about its own hand [Nm, N].
 
-    Without lever arms: dual to (4.5) as printed, and the wrench about O only as far as the moments
-    of the hands' forces about O cancel.
+    It has no lever arms, and is dual to (4.5) as printed. It is the wrench about O only as far as
+    the moments of the hands' forces about O cancel.
     """
     return h_1 + h_2
 

@@ -1,8 +1,8 @@
 """The solution of a few linear equations, and the inverse of an inertia.
 
-Uncompiled, they call LAPACK. Compiled, they use the elimination below: for six or seven equations
+Uncompiled, they call LAPACK. Compiled, they use the elimination below. For six or seven equations
 numba's way to LAPACK takes longer to compile than the laws that need it, and longer to run. LAPACK
-knows no `AutoDiffXd`, which are eliminated, too.
+knows no `AutoDiffXd`, so equations of these are eliminated, too.
 """
 
 import numpy as np

@@ -1,17 +1,17 @@
 """Pose and motion of a frame from those of the joints between it and the world.
 
 Along the path the motion of a point P fixed in one body becomes that of a point Q fixed in the
-next: with r from P to Q, and for a joint with axis a,
+next. With r from P to Q, and for a joint with axis a,
 
     v_Q = v_P + ω × r,   v̇_Q = v̇_P + ω̇ × r + ω × (ω × r)
 
     revolute:    ω̇ += a q̈ + ω × a q̇,        ω += a q̇
     prismatic:   v̇_Q += a q̈ + 2 ω × a q̇,    v_Q += a q̇
 
-A path has a row for every joint from the world outwards, and one for the frame E at its end: the
-pose X_MF of `serial_chain.ChainArrays` row by row (12), then for a joint its axis in F (3), 1 if it
-is revolute or 0 if prismatic, and its places among all positions and among all velocities
-(n + 1, 18). Floats only.
+A path (n + 1, 18) has a row for every joint from the world outwards, and one for the frame E at its
+end. Each row begins with the pose X_MF of `serial_chain.ChainArrays`, row by row (12). For a joint,
+its axis in F (3) follows, and 1 if it is revolute or 0 if prismatic. Its places among all positions
+and among all velocities are last. Floats only.
 """
 
 import numpy as np

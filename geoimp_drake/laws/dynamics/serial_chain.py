@@ -1,9 +1,9 @@
 """Kinematics (2.1) and dynamics (2.2) of a serial arm, for a compiled law that needs all of them.
 
-Drake computes the same; from Python its calls cost several times what the arithmetic does.
+Drake computes the same, but from Python its calls cost several times as much as the arithmetic.
 
 Everything is expressed in W, and every spatial vector [angular; linear] is taken at the point that
-coincides with W's origin: there velocities, inertias and forces of all links add without being
+coincides with W's origin. There velocities, inertias and forces of all links add without being
 shifted. With s_j the axis of joint j, V_j the velocity of its link and I_j the link's inertia,
 
     V_j = V_{j−1} + s_j q̇_j,   ṡ_j = V_j × s_j,   İ_j = V_j ×* I_j − I_j V_j ×
@@ -12,8 +12,8 @@ so that, with sums over the links from j outwards,
 
     B_ij = s_iᵀ (Σ I) s_j  for i ≤ j,   (Cq̇)_j = s_jᵀ Σ (I A + İ V),   A = Σ ṡ q̇.
 
-The inertia of a link is ten numbers, which add: mass, mass times the place of its centre, and
-xx, yy, zz, xy, yz, zx of its rotational inertia about W's origin. Floats only.
+The inertia of a link is ten numbers, which add. They are the mass, the mass times the position of
+its centre, and the rotational inertia about W's origin (xx, yy, zz, xy, yz, zx). Floats only.
 """
 
 from typing import NamedTuple
@@ -60,9 +60,9 @@ class ChainArrays(NamedTuple):
 
 
 class ChainValues(NamedTuple):
-    """What is found of an arm at one instant; the laws below write it.
+    """The quantities of an arm at one instant; the laws below write them.
 
-    They get memory from whoever calls them, since to allocate it takes as long as to fill it.
+    The caller of a law provides the memory, since allocating it takes as long as filling it.
     """
 
     x: Array  # joint positions and velocities [q; q̇] (2n,)
@@ -195,7 +195,7 @@ def chain_dynamics(arm: ChainArrays, v: Array, found: ChainValues) -> None:
 
 @compilable
 def chain_coriolis(v: Array, found: ChainValues, felt: Array) -> None:
-    """Writes C(q, v)v (n,); in `found`, what else depends on v is of other velocities then.
+    """Writes C(q, v)v (n,); the other values in `found` then belong to other velocities.
 
     Args:
         v: joint velocities (n,).

@@ -1,6 +1,7 @@
 """The rotational impedance on the Euler angles of the orientation of D seen from C.
 
-It does not depend on the attitude of C; its principal axes are those of a diagonal K_o alone.
+It does not depend on the attitude of C; its principal axes are those of K_o only if K_o is
+diagonal.
 """
 
 from geoimp_drake.compilation.compiled import compilable

@@ -26,7 +26,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["compliant_motion", "frame_state_rate", "has_diverged"]
 
-# No arm is that far away or that fast, nor pushes or is pushed like that [m, rad, …, N, Nm].
+# No arm is as far away, as fast or as heavily loaded as this [m, rad, …, N, Nm].
 _DIVERGED = 1e6
 
 
@@ -72,7 +72,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
         parts: Array,
         motion: Array,
     ) -> bool:
-        """Writes the motion of C; returns False if an input is none.
+        """Writes the motion of C; returns False if an input is unusable.
 
         Args:
             state: of C, a frame motion without its accelerations (13,).

@@ -1,7 +1,7 @@
 """Elastic coupling K_c between the translation and the rotation of the quaternion impedance.
 
-The displacement Δp and the force are in D, Δp = R_dᵀ(p_d − p_c), and so is K_p here; ε is the same
-in C and in D. With Δp in C the moment would need an extra Δp × f. `Q_CD` is {η_dc, ᶜε_dc}.
+The displacement Δp = R_dᵀ(p_d − p_c) and the force are in D, and so is K_p here. ε is the same in C
+and in D. With Δp in C the moment would need an extra Δp × f. `Q_CD` is {η_dc, ᶜε_dc}.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""Damping that knows the inertia: every mode of M and K gets the same damping ratio.
+"""Damping designed from the inertia: every mode of M and K gets the same damping ratio.
 
-With M = AAᵀ and K = A Λ Aᵀ, Λ = diag(ω_i²), the motion x = A⁻ᵀξ of M ẍ + D ẋ + K x = f falls apart
-into modes ξ̈_i + 2ζω_i ξ̇_i + ω_i² ξ_i = (A⁻¹f)_i exactly if D = 2ζ A Λ^½ Aᵀ. M and K do not have to
+Let M = AAᵀ, K = A Λ Aᵀ with Λ = diag(ω_i²), and x = A⁻ᵀξ. Then M ẍ + D ẋ + K x = f separates into
+modes ξ̈_i + 2ζω_i ξ̇_i + ω_i² ξ_i = (A⁻¹f)_i exactly if D = 2ζ A Λ^½ Aᵀ. M and K do not have to
 share their axes: those of an arm, or of a tool longer than it is wide, seldom do. Floats only.
 """
 
@@ -59,7 +59,7 @@ def natural_modes(M: Array, K: Array) -> tuple[Array, Array]:
 def mass_for_frequency(K: Array, W: Array) -> Array:
     """Returns M = K^½ W⁻² K^½ (n, n), with which M and K have W's eigenvalues as frequencies.
 
-    For scalars it is K/ω². Where K and W share their axes each axis has its own frequency.
+    For scalars it is K/ω². Where K and W share their axes, each axis has its own frequency.
 
     Args:
         K: stiffness (n, n), symmetric positive definite [N/m or Nm/rad].
@@ -72,8 +72,8 @@ def mass_for_frequency(K: Array, W: Array) -> Array:
 def damping_of_design(M: Array, K: Array, Z: Array) -> Array:
     """Returns D = B^½ Z B^½ (n, n), B being the critical damping `damping_for_ratio(M, K, 1)`.
 
-    With Z = ζI it is `damping_for_ratio(M, K, ζ)`; where Z shares the axes of M and K each axis has
-    its own ratio.
+    With Z = ζI it is `damping_for_ratio(M, K, ζ)`; where Z shares the axes of M and K, each axis
+    has its own ratio.
 
     Args:
         M: mass (n, n), symmetric positive definite [kg or kg m²].

@@ -1,7 +1,7 @@
 """The rotational impedance on the difference of the Euler angles of D and C.
 
-It is here for comparison: its stiffness depends on the attitude of C in W, its equations
-change when W is turned, and near pitch ±π/2 a moment in the null space of Tᵀ moves nothing.
+It is here for comparison. Its stiffness depends on the attitude of C in W, and its equations change
+when W is turned. Near pitch ±π/2 a moment in the null space of Tᵀ moves nothing.
 """
 
 from geoimp_drake.compilation.compiled import compilable
@@ -56,7 +56,7 @@ def elastic_moment_W(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
 
 @compilable
 def moment_axes(Q_WC: Array) -> Array:
-    """(3.5) T⁻ᵀ(φ_c) (3, 3), which gives the moment in W of one dual to the angles."""
+    """(3.5) T⁻ᵀ(φ_c) (3, 3), which maps a moment dual to the angles to the moment in W."""
     return euler.T_inverse(euler.from_rotation(to_rotation(Q_WC))).T
 
 

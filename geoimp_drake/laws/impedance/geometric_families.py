@@ -1,7 +1,7 @@
 """The families whose displacement lies along the axis of the relative rotation.
 
-The chapter's geometrically consistent impedances (3.22): the velocity in the law is dual to the
-moment, the stiffness at zero displacement is K_o at every attitude, and its principal axes hold.
+They are the chapter's geometrically consistent impedances (3.22). The velocity in the law is dual
+to the moment. At every attitude the stiffness at zero displacement is K_o, with its principal axes.
 """
 
 from abc import abstractmethod
@@ -31,7 +31,7 @@ class _GeometricImpedance(OrientationImpedance):
         return compliant_rotation.relative_angular_velocity(to_rotation(Q_WC), w_WD, w_WC)
 
     def dual_step(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
-        """(3.17) ∫Δᶜω_dc dt (3,) [rad]: the rotation vector of ᶜR_d after by ᶜR_d before."""
+        """(3.17) ∫Δᶜω_dc dt (3,) [rad]: the rotation vector from ᶜR_d before to ᶜR_d after."""
         Q_CD, later = (relative(Q_WC, Q_WD) for Q_WD, Q_WC in (before, after))
         return quaternion.log(quaternion.product(later, quaternion.conjugate(Q_CD)))
 
@@ -44,7 +44,7 @@ class _GeometricImpedance(OrientationImpedance):
         return self._elastic_moment_C(relative(Q_WC, Q_WD))
 
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
-        """One: the law has no inverse of a representation."""
+        """Returns 1: the law contains no inverse of a representation."""
         return 1.0
 
 

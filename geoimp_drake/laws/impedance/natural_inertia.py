@@ -2,14 +2,15 @@
 
     Λ(q)Δv̇ + D(q)Δv + K(Δ) = h,    Λ⁻¹ = J B⁻¹ Jᵀ,    Δ = "D minus E"
 
-needs no h: without Jᵀh in (2.3) a wrench moves the arm by Λ⁻¹h, as it must. K(Δ) is the elastic
-wrench of an orientation family and of (3.1), and D gives every mode of Λ and K the damping ratio ζ,
-as `damping_design.damping_for_ratio` does: with K₀ = LLᵀ, the stiffness where E equals D, and
-S = LᵀΛ⁻¹L, whose eigenvalues are the squares of the modes' frequencies,
+needs no h: without Jᵀh in (2.3) a wrench accelerates the arm by Λ⁻¹h, as it must. K(Δ) is the
+elastic wrench of an orientation family and of (3.1). D gives every mode of Λ and K the damping
+ratio ζ, as `damping_design.damping_for_ratio` does. With K₀ = LLᵀ, the stiffness where E equals D,
+and S = LᵀΛ⁻¹L, whose eigenvalues are the squares of the modes' frequencies,
 
     Λ⁻¹D = 2ζ L⁻ᵀ S^½ Lᵀ.
 
-Nothing is divided by, so that a posture at a singularity is none for this law. Floats only.
+Only Λ⁻¹ is needed, which may be singular, so a singular posture is no exception for this law.
+Floats only.
 """
 
 from collections.abc import Callable
@@ -92,9 +93,9 @@ def natural_motion(
         motion: Array,
         damping: Array,
     ) -> bool:
-        """Writes pose and velocity of E, and the acceleration asked of it.
+        """Writes pose and velocity of E, and the acceleration required of it.
 
-        Returns False if an input is none.
+        Returns False if an input is unusable.
 
         Args:
             state: of E as measured, a frame motion without its accelerations (13,).

@@ -17,13 +17,13 @@ __all__ = ["OrientationImpedance"]
 class OrientationImpedance(ABC):
     """A rotational impedance M_o ẍ + D_o ẋ + K(x) = m, in the coordinates x of its family.
 
-    x is the displacement (Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc), the velocity ẋ is the one dual to the
-    family's moment m (Δφ̇_dc, φ̇_dc or Δᶜω_dc), and m is Tᵀ(φ_c)μ, Tᵀ(φ_dc)ᶜμ or ᶜμ. So for every
-    family d(kinetic + potential)/dt = supplied power − dissipated power, also while D moves.
+    x is the displacement (Δφ_dc, φ_dc, ᶜo_dc or ᶜε_dc), and m is the moment Tᵀ(φ_c)μ, Tᵀ(φ_dc)ᶜμ or
+    ᶜμ. The velocity ẋ is the dual of m (Δφ̇_dc, φ̇_dc or Δᶜω_dc). So for every family d(kinetic +
+    potential)/dt = supplied power − dissipated power, also while D moves.
 
-    Every method takes the state common to all families, in W: orientations `Q_WD`, `Q_WC` as unit
-    quaternions (4,), angular velocities `w_WD`, `w_WC` (3,) [rad/s], and the moment `mu_W` (3,)
-    [Nm] by the end effector on the environment. Nothing is stored but the parameters.
+    Every method takes the state common to all families, in W. Orientations `Q_WD`, `Q_WC` are unit
+    quaternions (4,), and `w_WD`, `w_WC` are angular velocities (3,) [rad/s]. `mu_W` is the moment
+    (3,) [Nm] by the end effector on the environment. Only the parameters are stored.
 
     Attributes:
         name: the family's name in scenarios.
@@ -31,8 +31,8 @@ class OrientationImpedance(ABC):
             `M_inv`, `D_o` and `K_o`; marked as compilable.
         elastic_law: what `elastic_moment_W` computes, as a function of the same arguments followed
             by `K_o`; compilable.
-        axes_law: a function of `Q_WC`, compilable: the columns of A(Q_WC) are the axes in which the
-            family's moment is written, so that A K_o Aᵀ is the stiffness in W where D equals C.
+        axes_law: A as a function of `Q_WC`; compilable. The columns of A are the axes in which the
+            family's moment is written. A K_o Aᵀ is the stiffness in W where D equals C.
         has_domain: whether there are attitudes that `check_domain` refuses.
         has_conditioning: whether `conditioning` is ever above 1.
         M_o: inertia (3, 3) [kg m²], symmetric positive definite.
@@ -82,7 +82,7 @@ class OrientationImpedance(ABC):
 
     @abstractmethod
     def elastic_moment(self, Q_WD: Array, Q_WC: Array) -> Array:
-        """The elastic term of the family's law (3,) [Nm], as generalized as its right side."""
+        """The elastic term of the family's law (3,) [Nm], in the coordinates of its right side."""
 
     def elastic_moment_W(self, Q_WD: Array, Q_WC: Array) -> Array:
         """The moment `mu_W` (3,), in W [Nm], that holds the spring at rest."""

@@ -7,15 +7,15 @@ from geoimp_drake.typing import Array
 
 __all__ = ["principal_axes", "stiffness_from_principal_axes"]
 
-# Axes are written with three or four digits; what that leaves of UᵀU − I is taken out.
+# Axes are written with three or four digits; what that leaves of UᵀU − I is removed.
 ORTHONORMALITY_TOLERANCE = 2e-3
 
 
 def stiffness_from_principal_axes(U: Array, gamma: Array) -> Array:
     """(3.2) K = U Γ Uᵀ: a displacement along the column u_i gives γ_i times it, along u_i.
 
-    U is first replaced by the orthonormal matrix nearest to it, so that axes written with a few
-    digits are exactly the eigenvectors of K, and γ exactly its eigenvalues. Floats only.
+    U is first replaced by the nearest orthonormal matrix. So axes written with a few digits become
+    exactly the eigenvectors of K, and γ exactly its eigenvalues. Floats only.
 
     Args:
         U: principal axes as columns (3, 3).

@@ -31,7 +31,7 @@ def rotational_stiffness(Q_CD: Array, K_o: Array) -> Array:
 def elastic_moment(Q_CD: Array, K_o: Array) -> Array:
     """(3.30) K′_o ᶜε_dc = 2(ηI + S(ε))K_oε (3,), in C [Nm]: the gradient of (3.29).
 
-    With K_o = kI it is k sin ϑ about the axis of the displacement: a held moment above k has no
+    With K_o = kI it is k sin ϑ about the axis of the displacement: a constant moment above k has no
     equilibrium.
     """
     w, x, y, z = wxyz(Q_CD)

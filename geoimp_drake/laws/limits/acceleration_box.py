@@ -10,7 +10,7 @@ __all__ = ["acceleration_box", "limits_bind"]
 
 @compilable
 def _viable_speed(distance: float, deceleration: float, horizon: float) -> float:
-    """Returns the largest speed toward a stop from which one may brake; negative behind it.
+    """Returns the largest speed toward a stop from which a joint can brake; negative behind it.
 
     (L.2) v ≤ √(2 v̇ |d|), and |d|/T close to the stop, where the root would be steep.
     """
@@ -27,7 +27,7 @@ def _bounds(
     """Returns the bounds of (L.1) for a joint; `limits` are its own (5,)."""
     T, share = settings[0], settings[1]
     slowing = share * limits[4] / inertia
-    # The velocity follows its bound with the time constant T: it is that of T ahead.
+    # The velocity follows its bound with the time constant T, so the bound is that of T ahead.
     low = -_viable_speed(q + T * min(v, 0.0) - limits[0], slowing, T)
     high = _viable_speed(limits[1] - q - T * max(v, 0.0), slowing, T)
     lower = (min(max(low, limits[2]), limits[3]) - v) / T
@@ -40,15 +40,15 @@ def acceleration_box(
 ) -> None:
     """Writes the box of (L.1): α within (v̲ − v)/T and (v̄ − v)/T. Floats only.
 
-    v̲ and v̄ are the velocity limits, and what is viable before a stop, (L.2): a joint brakes with a
-    share of what its effort limit gives, τ̄/B_jj.
+    v̲ and v̄ are the velocity limits, or the viable speed before a stop (L.2) if that is smaller. A
+    joint brakes with a share of the deceleration τ̄/B_jj that its effort limit gives.
 
     Args:
         q: joint positions (n,) [rad, m].
         v: joint velocities (n,).
         B: joint inertia (n, n).
         limits: lower and upper positions, lower and upper velocities, efforts (5, n).
-        settings: horizon T [s] and share of the effort for braking, first of all.
+        settings: begin with the horizon T [s] and the share of the effort for braking.
         box: lower and upper accelerations (2, n), where to write [rad/s², m/s²].
     """
     for k in range(len(q)):

@@ -21,13 +21,13 @@ def constrained_acceleration(
 ) -> tuple[Array, Array, Array, Array]:
     """Returns H, f and the bounds of the program (L.1). Floats only.
 
-    (L.1) min ½ (Jα − b)ᵀ W (Jα − b) + ½ Σ wᵢ λᵢ² (vᵢᵀ(α + k q̇))² + ½ ρ (α − α₀)ᵀ B (α − α₀)
-          over α in the box of `acceleration_box` with |Bα + c| ≤ τ̄
+        min ½ (Jα − b)ᵀ W (Jα − b) + ½ Σ wᵢ λᵢ² (vᵢᵀ(α + k q̇))² + ½ ρ (α − α₀)ᵀ B (α − α₀)
+        over α in the box of acceleration_box with |Bα + c| ≤ τ̄                            (L.1)
 
-    With J = UΣVᵀ, λᵢ² = λ₀²(1 − σᵢ²/σ₀²) for each σᵢ < σ₀ and zero for the others, and
-    wᵢ = uᵢᵀWuᵢ: only the joints' motion along directions vᵢ that are nearly lost is damped, and
-    comes to rest. With W the mass matrix of the impedance, what is left of the task is the
-    acceleration by an ideal constraint wrench (Gauss), so that free directions keep their law.
+    With J = UΣVᵀ, λᵢ² = λ₀²(1 − σᵢ²/σ₀²) for each σᵢ < σ₀ and zero for the others, and wᵢ = uᵢᵀWuᵢ.
+    So the damping acts only along the nearly lost directions vᵢ, where the joints come to rest.
+    With W the mass matrix of the impedance, the limits act on the task like an ideal constraint
+    wrench (Gauss). So free directions keep their law.
 
     Args:
         J: Jacobian of the end effector (6, n).

@@ -1,4 +1,4 @@
-"""What the compliant frame takes up of the slack: what gives no energy, the rest from a tank."""
+"""The slack that the compliant frame takes up: what adds no energy, and the rest from a tank."""
 
 from geoimp_drake.typing import Array
 
@@ -8,14 +8,14 @@ __all__ = ["held_back"]
 def held_back(
     slack: Array, velocity: Array, M: Array, gained: float, tank: float, cap: float, step: float
 ) -> tuple[Array, float]:
-    """Returns the acceleration that C gets besides that of its law (6,), and what is in the tank.
+    """Returns the acceleration of C beyond that of its law (6,), and the energy in the tank [J].
 
     (L.3) V̇_c := V̇_c + s,  Ė_tank = P_D − V_cᵀ M s while E_tank > 0, and at most the cap
 
     s = Jα + J̇q̇ − a is what the limits leave undone. The error E − C then obeys the motion loop's
     law as if there were no limits: nothing winds up. Ms is a wrench on C. The energy that it takes
-    goes into a tank, as does what the impedance's own damping dissipates, and what it gives comes
-    out of that; from an empty one, s without the part along V_c.
+    from C goes into a tank, and so does what the impedance's own damping dissipates. The energy
+    that it gives to C comes out of the tank. While the tank is empty, s loses its part along V_c.
 
     Args:
         slack: s, [angular; linear] (6,) [rad/s², m/s²].

@@ -1,4 +1,4 @@
-"""The speed from which an impact stays below a force, and how far D may lead C for the same."""
+"""The speed at which an impact stays below a force, and how far D may lead C for the same force."""
 
 import math
 
@@ -15,10 +15,10 @@ def safe_speed(
 ) -> float:
     """(L.8) v ≤ F / (nᵀDn + √(max(m_eff, nᵀMn) k)), m_eff = 1 / nᵀΛ⁻¹n [m/s]. Floats only.
 
-    D that moves on pulls C, which the body stops, with the damper: that is the first term. The
-    second is what a mass of that speed does to a spring. Where the wrist gives way sideways m_eff
-    is small, but the arm is made to have M: the larger one counts. In a direction in which the arm
-    cannot move there is no speed.
+    The first term is the force of the damper by which D, still moving, pulls C, which the body has
+    stopped. The second is the force of a mass of that speed on a spring. Where the wrist yields
+    sideways, m_eff is small, but the controller gives the arm the mass M: the larger one counts. In
+    a direction in which the arm cannot move, there is no such speed.
 
     Args:
         direction: n, unit (3,), in W.

@@ -20,9 +20,9 @@ def orientation_error(row: Representation, Q_WD: Array, Q_WE: Array) -> Array:
 def orientation_acceleration(row: Representation) -> Callable[..., Array]:
     """Returns the control law for a row of Table 2.1.
 
-    (2.13) a_o = ω̇_d + K_Do Δω_de + K_Po R_e ᵉo_de, formed as (2.15) is for the quaternion: the
-    chapter gives the error alone. Because f′(0) is 1 for sin ϑ and ϑ and ½ for the others, the
-    same K_Po is twice as stiff for the first two.
+    (2.13) a_o = ω̇_d + K_Do Δω_de + K_Po R_e ᵉo_de, formed like (2.15) for the quaternion: the
+    chapter gives only the error. Because f′(0) is 1 for sin ϑ and ϑ and ½ for the others, the same
+    K_Po is twice as stiff for the first two.
     """
     coefficients = row.coefficients
 

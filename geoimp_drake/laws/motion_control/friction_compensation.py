@@ -1,7 +1,7 @@
-"""Friction that is known, fed forward along the motion that is asked for.
+"""Known friction, fed forward along the desired motion.
 
-H. Olsson et al., "Friction models and friction compensation", European Journal of Control (1998):
-the velocity is that of the reference, since that of an arm that sticks says nothing, and the sign
+H. Olsson et al., "Friction models and friction compensation", European Journal of Control (1998).
+The velocity is that of the reference, since the velocity of a sticking arm says nothing. The sign
 is smooth. Floats only.
 """
 
@@ -16,7 +16,8 @@ __all__ = ["followed_velocity", "friction_torque"]
 
 @compilable
 def followed_velocity(J_pinv: Array, v: Array, V_WE: Array, reference: Array) -> Array:
-    """Returns q̇ + J†(V_c − V_e) (n,): joints whose hand moves as C, with the null space as it is.
+    """Returns q̇ + J†(V_c − V_e) (n,): the hand moves as C, and the null-space motion is that of
+    q̇.
 
     Args:
         J_pinv: J† (n, 6).
@@ -35,6 +36,6 @@ def friction_torque(v: Array, coulomb: Array, viscous: Array, slow: float) -> Ar
         v: q̇_c, of `followed_velocity` (n,).
         coulomb: F_c (n,) [Nm, N].
         viscous: F_v, beyond what the model has (n,) [Nms/rad, Ns/m].
-        slow: v_s, below which the sign is not sure [rad/s, m/s].
+        slow: v_s, below which the sign is uncertain [rad/s, m/s].
     """
     return coulomb * np.tanh(v / slow) + viscous * v

@@ -1,7 +1,7 @@
-"""Integral action of the inner motion loop: what the model does not know is held without an offset.
+"""Integral action of the inner motion loop: it removes the offset that model errors cause.
 
-Textbook PID about inverse dynamics, B. Siciliano et al., "Robotics: Modelling, Planning and
-Control" (2009), section 8.5; the chapter's inner loop has no integral. Floats only.
+Textbook PID around inverse dynamics, B. Siciliano et al., "Robotics: Modelling, Planning and
+Control" (2009), section 8.5; the chapter's inner loop has no integral action. Floats only.
 """
 
 import numpy as np

@@ -57,9 +57,9 @@ def actuation(
 
 @compilable
 def peak_effort(u: Array, limits: Array, peak: Array) -> int:
-    """Moves the largest |u|/limit so far on (n,); returns which have just passed their limits.
+    """Updates the largest |u|/limit so far (n,); returns which have just passed their limits.
 
-    That is a number with bit k for actuator k: nearly always zero, and no array.
+    The result is a number with bit k for actuator k: nearly always zero, and no array.
     """
     passed = 0
     for k in range(len(u)):

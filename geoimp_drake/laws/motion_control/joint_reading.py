@@ -17,19 +17,19 @@ def next_reading(
 ) -> bool:
     """Writes the reading that is held until the next sample; returns False if it is not finite.
 
-    A joint that turns moves by less than half a turn between two samples: where its reading jumps
-    by whole turns, as a resolver's does at ±π, these are taken off again.
+    A revolute joint moves by less than half a turn between two samples. Where its reading jumps by
+    whole turns, as a resolver's does at ±π, these are removed.
 
     At the first instant the time since the held reading is unknown, so the measured velocity is
-    kept: a plant with sampled output ports has then made one of its own steps, another plant none.
+    kept. A plant with sampled output ports has then made one of its own steps, another plant none.
     Floats only.
 
     Args:
         differenced: whether v is (q − q_before)/period.
-        turns: one for each joint that turns, zero for one that slides (n,).
+        turns: 1 for each revolute joint, 0 for a prismatic one (n,).
         state: [q; v] (2n,).
-        held: the reading before and, last, how many there were: none, the first, more (2n + 1,); it
-            may be `after` itself.
+        held: the previous reading and, last, the number of readings so far: none, one, or more
+            (2n + 1,). It may be `after` itself.
         after: where to write (2n + 1,).
         period: between samples [s].
     """

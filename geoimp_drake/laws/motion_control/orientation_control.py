@@ -1,8 +1,8 @@
 """The orientation laws of the inner loop by name, one signature for all.
 
 An entry is called as `law(Q_WD, w_WD, dw_WD, Q_WE, w_WE, K_D, K_P)` and returns a_o (3,) in W. To
-track C instead of D, give C's motion: only one wire changes. Where the chosen error is defined is
-checked by `families.make_family(name, …).check_domain(Q_WD, Q_WE)`.
+track C instead of D, give C's motion: only one wire changes.
+`families.make_family(name, …).check_domain(Q_WD, Q_WE)` checks whether the chosen error is defined.
 """
 
 from collections.abc import Callable

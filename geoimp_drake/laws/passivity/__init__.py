@@ -1,1 +1,1 @@
-"""Energy that changing gains, or a sampled contact, would give out, and what is done about it."""
+"""Energy that changing gains or a sampled contact would inject, and what prevents it."""

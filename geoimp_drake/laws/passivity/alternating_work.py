@@ -1,4 +1,4 @@
-"""Energy that a sampled contact gives out as it rings, and the damping that this raises."""
+"""Energy that a ringing sampled contact injects, and the damping that this raises."""
 
 from geoimp_drake.typing import Array
 
@@ -6,17 +6,17 @@ __all__ = ["alternating_work", "raised_damping"]
 
 
 def alternating_work(h: Array, z: Array, means: Array, share: float) -> float:
-    """(L.6) (h − h̄)ᵀ(z − z̄) [J], the work of what alternates in a step; moves the means on.
+    """(L.6) (h − h̄)ᵀ(z − z̄) [J], the work of what alternates in a step; updates the means.
 
-    Pressing and moving slowly does work, too, which is nobody's fault: h̄ and z̄ follow h and z with
-    a lag. The wrench must be that of the step in which the end effector moved by z: with one that
-    is late the sign is wrong as soon as it lags by a quarter of a swing.
+    Pressing and moving slowly also does work, which is no ringing: therefore h̄ and z̄, which
+    follow h and z with a lag, are subtracted. The wrench must be that of the step in which the end
+    effector moved by z. The sign is wrong once the wrench lags by a quarter of an oscillation.
 
     Args:
         h: wrench by the end effector on the environment in the step (6,) [Nm, N].
-        z: way of the end effector in that step, [angular; linear] (6,) [rad, m].
-        means: h̄ and z̄ (2, 6), moved on.
-        share: of the difference by which they move on.
+        z: displacement of the end effector in that step, [angular; linear] (6,) [rad, m].
+        means: h̄ and z̄ (2, 6), updated.
+        share: the part of the difference by which they are updated.
     """
     means[0] += share * (h - means[0])
     means[1] += share * (z - means[1])
@@ -31,7 +31,7 @@ def raised_damping(level: float, shares: tuple[float, float], *, rings: bool) ->
     Args:
         level: λ, from 0 to 1.
         shares: Δt/T₁ and Δt/T₂.
-        rings: whether alternating energy is given out.
+        rings: whether the contact injects alternating energy.
     """
     rise, fall = shares
     return min(level + rise, 1.0) if rings else level * (1.0 - fall)

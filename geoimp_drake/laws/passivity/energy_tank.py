@@ -1,4 +1,4 @@
-"""Gains that change: the energy that this puts into the spring comes from a tank."""
+"""Changing gains: the energy that a change puts into the spring comes from a tank."""
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.typing import Array
@@ -8,7 +8,7 @@ __all__ = ["least_dissipated", "taken_from_tank"]
 
 @compilable
 def least_dissipated(z: Array, D: Array, step: float) -> float:
-    """(L.5) zᵀDz/Δt ≤ ∫ΔVᵀDΔV dt [J], the least that damping dissipates on a way z = ∫ΔV dt.
+    """(L.5) zᵀDz/Δt ≤ ∫ΔVᵀDΔV dt [J], the least that damping dissipates over z = ∫ΔV dt.
 
     The mean of squares is no less than the square of the mean, however V changes in between.
 
@@ -21,13 +21,13 @@ def least_dissipated(z: Array, D: Array, step: float) -> float:
 
 
 def taken_from_tank(injected: float, gained: float, tank: float, cap: float) -> tuple[float, float]:
-    """Returns the share σ of a change of K that takes place, and what is in the tank then [J].
+    """Returns the share σ of a change of K that takes place, and the energy then in the tank [J].
 
     (L.4) K := K + σ(K* − K),  E_tank := min(E_tank + W_D, Ē) − σΔ𝒰,  σ = min(1, E_tank/Δ𝒰)
 
-    Δ𝒰 = 𝒰(K*) − 𝒰(K), at the displacement as it is, is what the whole change would put into the
-    spring: 𝒰 is linear in K, so a share of the change puts in that share of Δ𝒰. A change that takes
-    energy out of the spring is never held up, and what it takes goes into the tank.
+    Δ𝒰 = 𝒰(K*) − 𝒰(K), at the present displacement, is the energy that the whole change would put
+    into the spring. 𝒰 is linear in K, so a share of the change puts in that share of Δ𝒰. A change
+    that takes energy out of the spring is never delayed, and that energy goes into the tank.
 
     Args:
         injected: Δ𝒰 [J].

@@ -1,6 +1,6 @@
 """A hand that meets a wall, along the wall's normal: force over time; floats only.
 
-The loop of `sampled_loop` along one direction, with a wall that only pushes, and a D that moves.
+The loop of `sampled_loop` along one direction, with a wall that only pushes and a D that moves.
 Positions are relative to the wall's undeformed face, positive behind it.
 """
 
@@ -66,12 +66,12 @@ def along(loop: SampledLoop, direction: Array) -> NormalLoop:
 def contact_rollout(loop: NormalLoop, desired: Array, force: Array) -> None:
     """Writes the force on the wall after each step of the plant.
 
-    The hand starts at D, moving with it. A wall as Drake's plants have it acts with the force of a
-    step's end, f = max(0, K_e x + D_e v), and not before it is touched.
+    The hand starts at D, moving with it. As in Drake's plants, the wall acts only once touched,
+    with the force at the end of a step, f = max(0, K_e x + D_e v).
 
     Args:
         loop: along the normal.
-        desired: position, velocity and acceleration of D at the begin of each step (n, 3).
+        desired: position, velocity and acceleration of D at the beginning of each step (n, 3).
         force: where to write (n,) [N].
     """
     T = loop.step

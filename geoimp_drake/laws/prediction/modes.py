@@ -22,12 +22,12 @@ class Mode:
 
     @property
     def ringing(self) -> float:
-        """The frequency at which it is seen to ring, ω √(1 − ζ²) [rad/s]; zero where it creeps."""
+        """The frequency of the visible ringing, ω √(1 − ζ²) [rad/s]; zero where the mode creeps."""
         return self.frequency * float(np.sqrt(max(0.0, 1.0 - self.damping_ratio**2)))
 
 
 def modes_of(poles: Array) -> list[Mode]:
-    """Returns the modes of poles (n,), slowest first; of a conjugate pair there is one."""
+    """Returns the modes of poles (n,), slowest first; a conjugate pair is one mode."""
     poles = np.asarray(poles, dtype=complex)
     kept = [s for s in poles if s.imag >= -_REAL * abs(s)]
     return [

@@ -1,26 +1,26 @@
-"""Hand, impedance and inner loop as they are sampled, in contact or free; floats only, at build.
+"""Hand, impedance and inner loop as sampled, in contact or free; floats only, at build time.
 
-For small motions x of E and c of C about a posture, at rest in contact with an environment of
-stiffness K_e and damping D_e, a step T of the discrete plant is
+Let x and c be small motions of E and C about a posture at rest. The environment in contact has the
+stiffness K_e and the damping D_e. A step T of the discrete plant is
 
     v(k+1) = v(k) + T (u − Λ⁻¹ f(k+1)),   f = K_e x + D_e v,
     u = a_C + K_D (ċ − v̂) + K_P (c − x̂) + Λ⁻¹ h,
 
-with a_C = −M⁻¹ (D ċ + K c + h) (3.1), what was read of x (x̂, v̂) and of f (h), and Λ, the arm's
+with a_C = −M⁻¹ (D ċ + K c + h) (3.1). The readings are x̂ and v̂ of x, and h of f. Λ is the arm's
 inertia at E, tool included. Drake's plants evaluate f at the end of the step, which hides ringing
-on stiff walls; a wall that acts all through the step is `acts_within`. The eigenvalues z of the
-step are poles s = ln(z)/T.
+on stiff walls. `acts_within` stands for a wall that acts all through the step. The eigenvalues z of
+the step are poles s = ln(z)/T.
 
-A reading that still has the tool's inertial load tells the controller M_t a of the last step, and
-(2.3) adds J^T h to the torques: in free space the hand then accelerates by Λ⁻¹ M_t a more. The
-impedance takes the same reading for a contact and moves C by −M⁻¹ M_t a. So this step's
-acceleration has the last one's in it,
+A reading that still contains the tool's inertial load gives the controller M_t a of the last step.
+As (2.3) adds J^T h to the torques, the hand in free space accelerates by an additional Λ⁻¹ M_t a.
+The impedance takes the same reading for a contact and accelerates C by −M⁻¹ M_t a. So this step's
+acceleration contains that of the last step,
 
     a(k) = (Λ⁻¹ − M⁻¹) M_t a(k−1) + K_D Δv + K_P Δx,
 
 and one eigenvalue λ of that factor alone is stable for −1 < λ < K_D/(K_D + K_P T), roughly.
 With the load of C's motion removed, the same holds for E's motion relative to C, without M⁻¹.
-In the scheme `direct` C is E as read, and M⁻¹D, M⁻¹K are in the place of K_D, K_P.
+In the scheme `direct` C is E as read, and M⁻¹D, M⁻¹K take the place of K_D, K_P.
 """
 
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["SampledLoop"]
 
-# Of the exponential's series, whose argument is at most a half.
+# Terms of the exponential's series, whose argument is at most a half.
 _TERMS = 16
 
 
@@ -58,7 +58,7 @@ class SampledLoop:
     filter_gain: float = 1.0  # of its low-pass
 
     def growth(self) -> float:
-        """Returns by what the largest motion grows in a step: more than one is unstable."""
+        """Returns the factor by which the largest motion grows in a step: above one is unstable."""
         return float(np.exp(self.poles().real.max() * self.step))
 
     def poles(self) -> Array:
@@ -98,11 +98,11 @@ class SampledLoop:
         return np.vstack((x, v, x_read, v_read, c, w, h, reading, *late)), steps
 
     def _acceleration(self, c: Array, w: Array, h: Array) -> Array:
-        """Returns that of C (3.1)."""
+        """Returns the acceleration of C (3.1)."""
         return -self.mass_inverse @ (self.damping @ w + self.stiffness @ c + h)
 
     def hand_step(self) -> tuple[Array, Array]:
-        """Returns the rows of x and v after a step, of x, v and u (6×18 each)."""
+        """Returns the rows of x and v after a step, in terms of x, v and u (6×18 each)."""
         T, none, identity = self.step, np.zeros((6, 6)), np.eye(6)
         pushed, dragged = self.mobility @ self.environment, self.mobility @ self.environment_damping
         if not self.acts_within:

@@ -95,10 +95,10 @@ def damped_pseudo_inverse(
 ) -> tuple[Array, Array]:
     """Returns J† (n, 6) and the null-space projector N (n, n). Floats only.
 
-    Above the threshold: (3.33) and I − J†J, the same numbers to the bit. Below it, with
-    J = UΣVᵀ and V† the weighted pseudo-inverse of Vᵀ, (3.33) is V†Σ⁻¹Uᵀ, in which each σᵢ < σ₀ is
-    inverted as σᵢ/(σᵢ² + λᵢ²), λᵢ² = λ₀²(1 − σᵢ²/σ₀²): only the motion in directions that are
-    nearly lost slows down. N = I − V†Vᵀ is not damped, so JN = 0 holds throughout.
+    Above the threshold they are (3.33) and I − J†J, the same numbers to the bit. With J = UΣVᵀ and
+    V† the weighted pseudo-inverse of Vᵀ, (3.33) is V†Σ⁻¹Uᵀ. Below the threshold each σᵢ < σ₀ is
+    inverted as σᵢ/(σᵢ² + λᵢ²), λᵢ² = λ₀²(1 − σᵢ²/σ₀²). So only the motion in nearly lost directions
+    slows down. N = I − V†Vᵀ is not damped, so JN = 0 holds throughout.
 
     Args:
         J: Jacobian of the end effector (6, n), its rows [angular; linear], in W.
@@ -113,7 +113,7 @@ def damped_pseudo_inverse(
 def pseudo_inverse_with(
     J: Array, W_inverse: Array, sigma: float, threshold: float, factor: float
 ) -> tuple[Array, Array]:
-    """Returns what `damped_pseudo_inverse` does, with σ₀ and λ₀ as numbers."""
+    """Returns what `damped_pseudo_inverse` returns, with σ₀ and λ₀ as numbers."""
     if sigma >= threshold:
         J_pinv = weighted_pseudo_inverse(J, W_inverse)
         return J_pinv, null_space_projector(J, J_pinv)

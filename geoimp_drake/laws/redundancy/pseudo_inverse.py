@@ -12,7 +12,7 @@ __all__ = ["null_space_projector", "pseudo_inverse_rate", "weighted_pseudo_inver
 def weighted_pseudo_inverse(J: Array, W_inverse: Array) -> Array:
     """Returns (3.33) J† = W⁻¹Jᵀ(JW⁻¹Jᵀ)⁻¹ (n, 6).
 
-    With (3.36) W = B, the inertia matrix, it is dynamically consistent: by (3.34), (3.35) a wrench
+    With (3.36) W = B, the inertia matrix, it is dynamically consistent. By (3.34), (3.35) a wrench
     at the end effector then causes no null-space joint acceleration.
 
     Args:

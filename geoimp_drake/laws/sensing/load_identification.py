@@ -1,12 +1,13 @@
-"""What a wrist sensor carries, and what it reads of nothing, from postures or from a motion.
+"""The load on a wrist sensor and the sensor's bias, identified from postures or from a motion.
 
-The load and a constant bias b are linear in sixteen numbers: mass m, first moment m c, inertia I
-about the sensor's origin, and b. With the acceleration a of that origin, in the sensor's axes,
+A reading is linear in the sixteen numbers of the load and of a constant bias b. They are mass m,
+first moment m c, inertia I about the sensor's origin, and b. With the acceleration a of that
+origin, in the sensor's axes,
 
     f = m (a − g) + ω̇ × m c + ω × (ω × m c) + b_f,   μ = m c × (a − g) + I ω̇ + ω × I ω + b_μ,
 
-which is `sensed_wrench.load_of_tool` about another point. Least squares give them. At rest joints
-feel τ_ext = −Jᵀ[μ; f] + b with a bias b of each, by which they show a load, too.
+which is `sensed_wrench.load_of_tool` about another point. Least squares give the numbers. The
+joints of an arm at rest also show a load: they feel τ_ext = −Jᵀ[μ; f] + b, with a bias b of each.
 """
 
 from collections.abc import Sequence
@@ -26,8 +27,8 @@ __all__ = [
     "load_regressor",
 ]
 
-# Beyond this condition number the postures are too alike: six that are tilted by 15° have 11, by
-# 5° 32.
+# Beyond this condition number the postures are too alike. Six postures tilted by 15° have 11,
+# tilted by 5° they have 32.
 WORST_CONDITION = 20.0
 
 _STATIC = [0, 1, 2, 3, *range(10, 16)]
@@ -91,7 +92,7 @@ def identify_load(
 
     Raises:
         ConfigurationError: the numbers of readings and attitudes differ, or the postures are too
-            alike for a load to be told from a bias; the message has the condition number.
+            alike to tell a load from a bias. The message has the condition number.
     """
     if len(readings) != len(attitudes) or (motions is not None and len(motions) != len(readings)):
         raise ConfigurationError(
@@ -120,7 +121,7 @@ def identify_load_from_joints(
     gravity: Array,
     motions: Sequence[tuple[Array, Array, Array]] | None = None,
 ) -> IdentifiedLoad:
-    """Returns load and bias of an arm, from what its joints feel; the load is in E.
+    """Returns load and bias of an arm from external joint torques; the load is in E.
 
     Args:
         torques: external, on the joints, τ_ext (n), one for each posture (the mean of some time)
@@ -132,7 +133,7 @@ def identify_load_from_joints(
 
     Raises:
         ConfigurationError: the numbers of torques, jacobians and attitudes differ, or the postures
-            are too alike for a load to be told from a bias; the message has the condition number.
+            are too alike to tell a load from a bias. The message has the condition number.
     """
     if not len(torques) == len(jacobians) == len(attitudes) > 0:
         raise ConfigurationError(

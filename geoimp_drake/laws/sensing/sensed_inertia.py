@@ -1,8 +1,9 @@
-"""What a wrist sensor carries, and the arm behind it; floats only, at build.
+"""The inertia that a wrist sensor carries, and the arm behind it; floats only, at build time.
 
 The eigenvalues of Λ⁻¹ M_t, where Λ is the arm's inertia at E, tool included, lie between zero and
-one; the largest is the share of what moves that lies beyond the sensor. What a reading that still
-has the tool's inertial load does to the loop says `geoimp_drake.laws.prediction.sampled_loop`.
+one. The largest is the share of the moving inertia that lies beyond the sensor.
+`geoimp_drake.laws.prediction.sampled_loop` has the effect on the loop of a reading that still
+contains the tool's inertial load.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,8 @@ __all__ = ["SensedInertia"]
 
 @dataclass(frozen=True)
 class SensedInertia:
-    """What a sensor carries and the arm that moves it, in one posture, all at E in W."""
+    """The inertia that a sensor carries and the arm that moves it, in one posture, all at E in W.
+    """
 
     mobility: Array  # Λ⁻¹ = J B⁻¹ Jᵀ (6×6)
     tool: Array  # M_t, spatial inertia beyond the sensor (6×6)

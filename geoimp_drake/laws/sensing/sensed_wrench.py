@@ -43,7 +43,7 @@ def load_of_tool(
     w_WT: Array,
     dw_WT: Array,
 ) -> tuple[Array, Array]:
-    """Returns moment about S and force with which the tool alone loads the sensor, in W.
+    """Returns moment about So and force with which the tool alone loads the sensor, in W.
 
         f = m (a_C − g),   μ = p_SC × f + I ω̇ + ω × I ω
 

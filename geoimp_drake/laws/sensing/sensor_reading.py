@@ -15,7 +15,7 @@ __all__ = ["filter_gain", "peak_reading", "sensor_reading"]
 
 
 def filter_gain(cutoff: float, period: float) -> float:
-    """The gain of a sampled first-order low-pass, 1 without one: `cutoff` is zero [Hz].
+    """The gain of a sampled first-order low-pass; 1, no filter, if `cutoff` is zero.
 
     Args:
         cutoff: [Hz].
@@ -53,7 +53,8 @@ def sensor_reading(
 
 @compilable
 def peak_reading(raw: Array, before: Array, limits: Array, peak: Array) -> bool:
-    """Writes the largest |raw|/range so far (6,); returns whether one has just left its range."""
+    """Writes the largest |raw|/range so far (6,); returns whether an axis has just left its range.
+    """
     passed = False
     for k in range(6):
         largest = max(before[k], abs(raw[k]) / limits[k])
