@@ -87,8 +87,8 @@ def drake_errors(
     Args:
         kind: class of the error; an error that already is this library's passes unchanged.
         what: stands before Drake's own words: the user's file or arm.
-        raised: the exceptions to turn. SystemExit is one, too, by which Drake would end the process
-            when one of its own assertions fails; any other SystemExit passes.
+        raised: the exceptions to turn, besides the SystemExit by which Drake would end the process
+            when one of its own assertions fails. Any other SystemExit passes.
     """
     caught: tuple[type[BaseException], ...] = (SystemExit, *raised)
     try:

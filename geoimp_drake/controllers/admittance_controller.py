@@ -1,4 +1,4 @@
-"""The impedance controller of an arm that takes positions: a Diagram, one system, or a loop."""
+"""The impedance controller of a position-controlled arm: a Diagram, one system, or a loop."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -27,7 +27,7 @@ __all__ = ["AdmittanceLoop", "JointReference", "make_admittance_controller"]
 
 
 class JointReference(NamedTuple):
-    """What an arm that takes positions is to do, in the robot's order of joints."""
+    """The reference for the servos of a position-controlled arm, in the robot's order of joints."""
 
     positions: Array  # q_d (n) [rad, m]
     velocities: Array  # q̇_d (n) [rad/s, m/s]

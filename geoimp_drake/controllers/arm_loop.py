@@ -1,4 +1,4 @@
-"""What the controllers of one arm have in common that are called by hand."""
+"""What controllers of one arm that are called by hand have in common."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ class ArmLoop:
 
     Attributes:
         model: the arm.
-        joints: the order of q, v and of what is returned.
+        joints: the order of q, v and of returned values.
         period: of a tick, unless it is told another [s].
 
     Raises:
@@ -71,11 +71,11 @@ class ArmLoop:
         return self.joints.pose(q)
 
     def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
-        """Asks for other gains from the next tick on, which `passivity.gains` lets through.
+        """Requests other gains from the next tick on; `passivity.gains` lets them through.
 
         Args:
-            stiffness: K (6, 6), [angular; linear]; None for as it is.
-            damping: D (6, 6).
+            stiffness: K (6, 6), [angular; linear]; None leaves it as it is.
+            damping: D (6, 6); the same.
 
         Raises:
             ConfigurationError: the configuration has no `passivity.gains`.

@@ -83,7 +83,7 @@ class SamplingConfig:
     def check_motion(self, name: str, motion: MotionConfig) -> None:
         """Raises ConfigurationError if the inner loop gets its readings too rarely.
 
-        From about 1.2/K_D on, the loop swings with differenced velocities.
+        From about 1.2/K_D on, the loop oscillates with differenced velocities.
         """
         gain = max("K_Dp", "K_Do", key=lambda name: getattr(motion, name))
         longest = 1.0 / getattr(motion, gain)
@@ -97,7 +97,8 @@ class SamplingConfig:
     def check_impedance(self, name: str, impedance: ImpedanceConfig) -> None:
         """Raises ConfigurationError if an impedance of E itself gets its readings too rarely.
 
-        With differenced velocities it swings from 0.9 to 2 times that period on, by its damping.
+        With differenced velocities it oscillates from 0.9 to 2 times that period on, depending on
+        its damping.
         """
         longest, which = impedance.shortest_time()
         if self.period > longest:
@@ -141,8 +142,8 @@ class SamplingConfig:
 class RedundancyConfig:
     """The null-space motion of an arm with more than six joints.
 
-    Without a task the arm holds the posture of its start, at the rate `POSTURE_RATE`; with one of
-    the kind `none` the null-space motion is damped, as with the chapter's k_β = 0.
+    Without a task the arm holds the posture of its start, at the rate `POSTURE_RATE`. With a task
+    of the kind `none` the null-space motion is damped, as with the chapter's k_β = 0.
     """
 
     kappa: float | None = None  # e_n decays at this rate, K_n = κB [1/s]; null for 10, or for a K_n
@@ -187,8 +188,8 @@ class RedundancyConfig:
 
         Args:
             model: the arm.
-            task: a task function in the place of the configured one.
-            period: of the joints' readings, for which a constant K_n is watched [s].
+            task: a task function in place of the configured one.
+            period: of the joints' readings, against which a constant K_n is watched [s].
 
         Raises:
             ConfigurationError: a size, name or number does not fit the arm.
@@ -253,7 +254,7 @@ class ImpedanceControllerConfig(SchemeConfig):
             )
 
     def make_passivity(self, impedance: EndEffectorImpedance) -> Passivity:
-        """Returns through what the gains of an impedance change."""
+        """Returns what changes of an impedance's gains pass through."""
         springs = impedance if isinstance(impedance, Impedance) else impedance.springs
         return self.passivity.make(springs, self.sampling.period)
 

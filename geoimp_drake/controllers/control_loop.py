@@ -22,8 +22,8 @@ class ControlLoop(ArmLoop):
     """The controller of `make_impedance_controller`, called by hand at each tick of a robot.
 
     It takes what a robot reports and returns the torques for it, in the robot's own order of
-    joints. It is the part that the form `compiled` makes a system of; C is integrated by explicit
-    Euler over the time between ticks.
+    joints. It runs the part of which the form `compiled` makes a system. C is integrated by
+    explicit Euler over the time between ticks.
 
     Args:
         plant: finalized, contains the arm as `make_impedance_controller` wants it.
@@ -31,9 +31,9 @@ class ControlLoop(ArmLoop):
         end_effector_frame: E, the frame that is made compliant.
         config: gains, orientation family and sampling; `form` has no effect.
         gravity: who holds the arm's weight: `controller`, or `robot`, which adds it to the torques
-            that it is given, as iiwa, Franka and UR do.
+            that it receives, as iiwa, Franka and UR do.
         joints: the joints' names in the robot's order; by default that from base to hand.
-        task_function: of a redundant arm, in the place of the configured one.
+        task_function: of a redundant arm, in place of the configured one.
 
     Attributes:
         config: gains, orientation family and sampling.

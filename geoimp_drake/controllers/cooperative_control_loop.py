@@ -27,8 +27,8 @@ _AT_REST = np.zeros(6), np.zeros(6)
 class CooperativeControlLoop:
     """The controller of `make_cooperative_controller`, called by hand at each tick of two robots.
 
-    As `ControlLoop` for one arm; what belongs to an arm is given and returned in pairs, in the
-    order of the arms. The robots tick together.
+    It is like `ControlLoop` for one arm; what belongs to an arm is given and returned in pairs, in
+    the order of the arms. The robots tick together.
 
     Args:
         plant: finalized, contains the arms as `make_cooperative_controller` wants them.
@@ -38,7 +38,7 @@ class CooperativeControlLoop:
         loads: model instances that hang on a hand but are not part of its arm's model.
         gravity: who holds the arms' weight: `controller`, or `robot`.
         joints: the joints' names of each arm in its robot's order; by default from base to hand.
-        task_functions: of redundant arms, in the place of the configured ones.
+        task_functions: of redundant arms, in place of the configured ones.
 
     Attributes:
         models: the arms; they have no weight if the robots hold it.
@@ -96,7 +96,7 @@ class CooperativeControlLoop:
             q: joint positions of both arms [rad, m].
             v: their velocities [rad/s, m/s].
             wrenches: h by each hand on its environment, about Eo, in W (6); zero by default.
-            desired: the object's motion in W (19); at rest where the hands hold it by default.
+            desired: the object's motion in W (19); by default at rest where the hands hold it.
 
         Raises:
             SignalError: a signal cannot be used.

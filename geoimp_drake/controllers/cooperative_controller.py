@@ -58,8 +58,8 @@ def make_cooperative_controller(
     `geoimp_drake.parts.two_arms`.
 
     Each arm is controlled as a single one, see `make_impedance_controller`. Its own wrench in (2.3)
-    includes the load that it carries. The object's weight and inertial load are removed from the
-    impedance's wrench alone. The object's frame O (4.1), (4.4) is halfway between the end-effector
+    includes the load that it carries. The object's weight and inertial load are removed only from
+    the impedance's wrench. The object's frame O (4.1), (4.4) is halfway between the end-effector
     frames, which may be any frames fixed in the hands. C starts at rest on its measured pose, so
     place the desired motion by `object_motion`.
 
@@ -71,7 +71,7 @@ def make_cooperative_controller(
             from the arms in the plant's default positions, see `internal_gains`.
         loads: model instances that hang on a hand but are not part of its arm's model: their weight
             stays in the measured wrench.
-        task_functions: of redundant arms, in the place of the configured ones.
+        task_functions: of redundant arms, in place of the configured ones.
         sensors: of both wrists, in the same order, from `wrist_sensor_at` on the real plant. With
             them the controller reads the plant's reaction forces itself; connect it by
             `connect_wrist_sensors`.
@@ -106,7 +106,7 @@ def make_cooperative_controller(
         output actuation_2: the same of the second (n)
         output measured_motion_2: the same of the second (19)
         output peak_effort_2: the same of the second (n)
-        output limited_1: what its limits do since the last step began, `Limited` (10)
+        output limited_1: effect of its limits since the last step began, `Limited` (10)
         output limited_2: the same of the second (10)
 
         With null for limits there are no ports `limited_1` and `limited_2`. With `config.remedies`
@@ -115,9 +115,9 @@ def make_cooperative_controller(
 
         With the monitor switched off there are no ports `opened` and `release`. With sensors,
         inputs for the plant's outputs (`reaction_forces`, `state` and what else they read) replace
-        `wrench_1` and `wrench_2`, and there are outputs `wrench_1`, `wrench_true_1` and
-        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second, in the place of
-        `last_reference_motion_1` and `_2`, which are for sensors beside it.
+        `wrench_1` and `wrench_2`. Then there are outputs `wrench_1`, `wrench_true_1` and
+        `peak_reading_1` as `ForceTorqueSensors` has them, and those of the second sensor. They
+        replace `last_reference_motion_1` and `_2`, which are for sensors beside the controller.
 
     Raises:
         ModelError: the plant does not contain such arms.
@@ -234,7 +234,7 @@ def _of_blocks(
         # O and its wrench are those of the hands; the grasp starts as they are.
         for target in ports.inputs[f"measured_motion_{k}"]:
             builder.Connect(loop.GetOutputPort("measured_motion"), target)
-        # The inner loops track the references in the place of D.
+        # The inner loops track the references in place of D.
         reference = ports.outputs[f"reference_motion_{k}"]
         builder.Connect(reference, loop.GetInputPort("reference_motion"))
         references[f"reference_motion_{k}"] = reference

@@ -50,7 +50,7 @@ def add_passivity(
         compliant: the block of the impedance, whose desired motion is exported already.
         passivity: its part.
         measured: motion of E.
-        wrenches: what gets the wrench; the one of the adaptive damping is added.
+        wrenches: the ports that get the wrench; that of the adaptive damping is added.
     """
     if passivity.damping is not None:
         damping = builder.AddNamedSystem("damping", AdaptiveDamping.of(passivity.damping))

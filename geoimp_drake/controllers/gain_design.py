@@ -28,7 +28,7 @@ class GainDesign:
         self.gains(name)
 
     def gains(self, name: str = "design") -> tuple[Array, Array, Array]:
-        """Returns mass, damping and stiffness, numbers or vectors if all that is given is.
+        """Returns mass, damping and stiffness: numbers or vectors if all fields are.
 
         Raises:
             ConfigurationError: a field cannot be used; `name` is put before it.

@@ -18,7 +18,7 @@ __all__ = ["check_gravity"]
 # The path of a system that is no diagram, and the number of one of its ports.
 _Port = tuple[str, int]
 
-# Drake's systems that give torques with what holds the weight.
+# Drake's systems whose torques hold the weight.
 _HOLDING = {"InverseDynamics", "InverseDynamicsController", "JointStiffnessController"}
 
 # Drake's systems that let torques through: later, within limits or in another order.
@@ -39,16 +39,17 @@ _PASSING = {
 def check_gravity(diagram: Diagram) -> None:
     """Checks that an arm under a controller of this library has its weight held exactly once.
 
-    It follows the torques from the controllers' `actuation` to the plants that they drive. The way
-    may go through diagrams in the diagram, and through systems that hold, limit, order or switch
-    them. On the way Drake's `InverseDynamics` may be added, as `SimIiwaDriver` and
+    It follows the torques from the controllers' `actuation` to the plants that they drive. The path
+    may lead through diagrams in the diagram, and through systems that hold, limit, order or switch
+    the torques. On the path Drake's `InverseDynamics` may be added, as `SimIiwaDriver` and
     `MakeHardwareStation` do. Torques that go through other systems, or to which others are added,
     are not judged.
 
     Args:
         diagram: finished.
 
-    Raises: ConfigurationError: a weight is held twice, or not at all.
+    Raises:
+        ConfigurationError: a weight is held twice, or not at all.
     """
     wires = _Wires(diagram)
     for port, model in wires.controllers():
@@ -72,7 +73,7 @@ def _contradiction(controller: str, arm: str, helper: str) -> str:
 
 
 class _Wires:
-    """What is connected with what, diagrams within the diagram taken apart."""
+    """The connections between systems; diagrams within the diagram are taken apart."""
 
     def __init__(self, diagram: Diagram):
         self._systems: dict[str, System] = {}
@@ -89,7 +90,7 @@ class _Wires:
                 yield (path, int(system.GetOutputPort(name).get_index())), model
 
     def driven(self, source: _Port) -> Iterator[tuple[str, str]]:
-        """Returns the arms with weight that torques drive, each with what holds it on the way."""
+        """Returns the arms with weight that torques drive, each with what holds it on the path."""
         found, seen = [(source, "")], set()
         while found:
             port, helper = found.pop()
@@ -112,8 +113,8 @@ class _Wires:
     def _arms(self, path: str, port: int, helper: str) -> list[str]:
         """Returns the arms with weight that torques drive, if the port is a plant's actuation.
 
-        Other forces on the joints may hold the weight, so that then there are none for whom nobody
-        does.
+        With other forces on the joints, and no holder on the path, there are none: these forces may
+        hold the weight.
         """
         plant = self._systems[path]
         if not isinstance(plant, MultibodyPlant):
@@ -124,7 +125,7 @@ class _Wires:
         return _arms_with_weight(plant, port)
 
     def _holder(self, path: str, seen: set[str]) -> str:
-        """Returns what of the sources of a system holds the weight, none if empty."""
+        """Returns which of the sources of a system holds the weight, empty for none."""
         seen.add(path)
         for k in range(self._systems[path].num_input_ports()):
             source = self._sources.get((path, k), ("", 0))[0]
@@ -150,7 +151,7 @@ class _Wires:
 
 
 def _source(system: System, port: int) -> _Port:
-    """Returns where an output comes from, within the diagrams of which it is one."""
+    """Returns where an output comes from, inside the diagrams that export it."""
     while isinstance(system, Diagram):
         system, index = system.get_output_port_locator(OutputPortIndex(port))
         port = int(index)

@@ -33,9 +33,9 @@ class _Gains:
 
     @staticmethod
     def complete_data(data: dict[str, Any], given: dict[str, Any]) -> None:
-        """Writes into YAML's data what its design says of the gains that are not `given` with it.
+        """Writes into YAML's data the gains that follow from its design and are not `given`.
 
-        A design that cannot be used is left for `validate`.
+        A design that cannot be used is left to `validate`.
         """
         if not isinstance(data.get("design"), dict):
             return
@@ -112,13 +112,13 @@ class TranslationGains(_Gains):
     damping: Array = field(default_factory=lambda: np.array(2000.0))  # D_p [Ns/m]
     stiffness: Array = field(default_factory=lambda: np.array(700.0))  # K_p [N/m]
     principal_axes: Array | None = None  # U (3×3): then K_p = U Γ Uᵀ, `stiffness` being Γ
-    axes: str = "world"  # or desired: in which the gains are given; with a coupling K_p is in D
+    axes: str = "world"  # or desired: the axes of the gains; with a coupling K_p is in D
     design: GainDesign | None = None  # what mass, damping and stiffness follow from
 
 
 @dataclass
 class RotationGains(_Gains):
-    """Gains of (3.30) and its kin, in C: one number, three, or a 3×3 matrix."""
+    """Gains of (3.30) or another family's law, in C: one number, three, or a 3×3 matrix."""
 
     mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
     damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
@@ -197,7 +197,7 @@ class ImpedanceConfig:
         return make_family(self.orientation, *self.gains("rotation"))
 
     def make(self, remedy: str = "") -> Impedance:
-        """Returns the part; `remedy` is what its error says if the motion diverges."""
+        """Returns the part; `remedy` is the advice in its error if the motion diverges."""
         check(self, "impedance")
         rotation = self.make_rotation()
         return Impedance(

@@ -59,15 +59,15 @@ def make_impedance_controller(
     Between redundancy and inverse dynamics `limits` keeps the joints within their limits, unless
     `config.limits` is null; what it leaves undone holds C back.
 
-    With `config.form` "blocks" it is a Diagram of these systems, each of which you may look at, log
-    or exchange. With "compiled" it is one system with the same ports and numbers, which takes less
+    With `config.form` "blocks" it is a Diagram of these systems, each of which you may inspect, log
+    or replace. With "compiled" it is one system with the same ports and numbers, which takes less
     time: see `geoimp_drake.parts.impedance_controller`.
 
     With `config.scheme` "direct" the block `impedance` has no state. C is E as measured, with the
     acceleration that makes the impedance the closed loop of E. Then `motion_control` finds no error
     and passes that acceleration on; see `systems.direct_impedance.DirectImpedance`.
 
-    With `config.scheme` "admittance" the arm's own servos stand in the place of the inner loop, and
+    With `config.scheme` "admittance" the arm's own servos replace the inner loop, and
     `inverse_kinematics` makes their references every `config.sampling.period`:
 
     ```
@@ -88,14 +88,14 @@ def make_impedance_controller(
         model_instance: the arm, six or more revolute or prismatic joints, each with an actuator.
         end_effector_frame: E, the frame that is made compliant.
         config: gains, orientation family and sampling; by default the chapter's first experiment.
-        task_function: of a redundant arm, in the place of the configured one; also your own.
+        task_function: of a redundant arm, in place of the configured one; also your own.
         sensor: of the wrist, from `wrist_sensor_at` on the real plant. With it the controller reads
             the plant's reaction forces itself; connect it by `connect_wrist_sensors`.
         gravity: who holds the arm's weight, `controller`, or `robot` behind a driver that does.
 
     Returns:
-        A system with these ports, named ARM_impedance_controller; a further one of this arm of the
-        plant gets a number.
+        A system with these ports, named ARM_impedance_controller; a second one for the same arm
+        gets a number.
 
         input estimated_state: [q; v] of the model instance, in the plant's order (2n)
         input desired_motion: of D in W, see `frame_motion` (19)
@@ -111,20 +111,20 @@ def make_impedance_controller(
         output smallest_singular_value: of the Jacobian of E, in rad and m (1)
         output null_space_error: e_n of (3.37), zero for six joints (n)
         output task_value: the task function w (1)
-        output limited: what limits do since the last step began, `Limited`; not with null (10)
+        output limited: effect of limits since the last step began, `Limited`; not with null (10)
 
-        With `config.passivity.gains` there are inputs `stiffness` and `damping`, K and D (6×6) row
-        by row in the order [angular; linear], as configured where not connected (36), and an output
-        `tank`, the energy that is there for their changes: see `systems.passive_gains`. With
-        `config.passivity.damping` there are outputs `damping_scale`, `given_out` and `alternating`
-        of `systems.adaptive_damping`.
+        With `config.passivity.gains` there are inputs `stiffness` and `damping` (36), K and D (6×6)
+        row by row in the order [angular; linear]. Where they are not connected, K and D are as
+        configured. An output `tank` has the energy that is available for their changes: see
+        `systems.passive_gains`. With `config.passivity.damping` there are outputs `damping_scale`,
+        `given_out` and `alternating` of `systems.adaptive_damping`.
 
-        With `config.remedies` there is an output `compensation`, what they add to the torques,
-        which `actuation` contains: see `systems.arm.remedies`.
+        With `config.remedies` there is an output `compensation`: the torques that they add, which
+        `actuation` contains; see `systems.arm.remedies`.
 
         With a sensor, inputs for the plant's outputs (`reaction_forces`, `state` and what else it
-        reads) replace `wrench`, and there are outputs `wrench`, `wrench_true` and
-        `peak_reading` as `ForceTorqueSensor` has them.
+        reads) replace `wrench`. Then there are outputs `wrench`, `wrench_true` and `peak_reading`
+        as `ForceTorqueSensor` has them.
 
     Raises:
         ModelError: the plant does not contain such an arm.
@@ -236,7 +236,7 @@ def _of_blocks(
         builder.Connect(measured, compliant.GetInputPort("measured_motion"))
     else:
         builder.Connect(loop.arm, compliant.GetInputPort("arm"))
-    # The inner loop tracks C in the place of D.
+    # The inner loop tracks C in place of D.
     for target in loop.inputs["reference_motion"]:
         builder.Connect(compliant.GetOutputPort("compliant_motion"), target)
     builder.ExportInput(*loop.inputs["estimated_state"], "estimated_state")

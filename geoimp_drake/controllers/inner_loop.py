@@ -57,8 +57,8 @@ class InnerLoopParts:
             redundancy: of the null-space motion, and of the damping near singularities.
             limits: how the joints' limits are kept; None for not at all.
             masses: of the impedance; unit matrices by default.
-            task_function: in the place of the configured one.
-            remedies: against what the model does not know; None for none.
+            task_function: in place of the configured one.
+            remedies: against errors of the model; None for none.
 
         Raises:
             ConfigurationError: a configuration cannot be used for the arm.

@@ -1,8 +1,8 @@
 """The internal impedance for two arms: gains left open, and whether it holds a stiff grasp.
 
-- stiffness: 2000 N/m and 100 Nm/rad; K times the error of the grasp is left of a squeeze.
+- stiffness: 2000 N/m and 100 Nm/rad; a squeeze of K times the error of the grasp remains.
 - mass: twice the largest apparent inertia of the hands against each other.
-- damping: so much that hands of any weight are held, see `laws.cooperation.internal_loop`.
+- damping: enough to hold hands of any weight, see `laws.cooperation.internal_loop`.
 """
 
 import logging
@@ -34,7 +34,7 @@ _log = logging.getLogger("drake")
 # Places in [angular; linear].
 _PARTS = {"rotation": slice(0, 3), "translation": slice(3, 6)}
 _STIFFNESS = {"rotation": 100.0, "translation": 2000.0}  # [Nm/rad, N/m]
-# How much the apparent inertia may grow before a grasp that was held no longer is.
+# How much the apparent inertia may grow before the loop no longer holds the grasp.
 _ON_THE_WAY = 1.1
 # A posture with a smaller singular value says nothing about the arm at work.
 _SMALLEST_SINGULAR_VALUE = 1e-2
@@ -129,7 +129,7 @@ def _motion_gains(motion: MotionConfig, part: str) -> tuple[float, float]:
 def _growth_rate(
     config: InternalImpedanceConfig, inertia: Array, motion: MotionConfig, period: float
 ) -> float:
-    """Returns at which rate a disturbance grows in a stiff grasp [1/s]."""
+    """Returns the rate at which a disturbance grows in a stiff grasp [1/s]."""
     parts = [part for part in _PARTS if config.axes in ("both", part)]
     if not parts:
         return 0.0

@@ -66,7 +66,7 @@ class ObjectParts:
 class ObjectLoopPorts:
     """The ports of the blocks between hands and their references; an input may have several.
 
-    Those of what the limits of both arms leave undone may stay as they are.
+    The inputs `slacks`, for what the limits of both arms leave undone, may stay unconnected.
     """
 
     inputs: dict[str, list[InputPort]]
@@ -102,7 +102,7 @@ def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPo
         builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
 
     connect(references, "mutual_reference", kinematics, "mutual_reference")
-    # The impedance is the single arm's, with O in the place of E.
+    # The impedance is the single arm's, with O in place of E.
     connect(kinematics, "object_motion", impedance, "measured_motion")
     connect(kinematics, "object_wrench", impedance, "wrench")
     connect(kinematics, "object_slack", impedance, "slack")

@@ -1,4 +1,4 @@
-"""Does a momentum observer suit its controller? Asked before an arm is driven."""
+"""Whether a momentum observer suits its controller, checked before an arm is driven."""
 
 import logging
 import math
@@ -19,10 +19,10 @@ __all__ = ["observed_loop", "warn_of_late_torque"]
 
 _log = logging.getLogger("drake")
 
-# Beyond one: what rounding leaves of modes that neither grow nor decay.
+# Growth beyond one by which rounding changes modes that neither grow nor decay.
 _GROWTH_TOLERANCE = 1e-6
 
-# By at most this factor a mass is made larger, or a gain smaller.
+# The largest factor by which a mass is made larger, or a gain smaller.
 _LARGEST_FACTOR = 1e6
 
 
@@ -34,15 +34,15 @@ def warn_of_late_torque(
 ) -> None:
     """Warns if a torque that acts a tick late makes the impedance on an observer unstable.
 
-    Asked of small motions in free space, about a posture; not of natural inertia, which takes no
-    wrench. Whether torques are late is known of no robot that has a clock of its own: it is a
-    warning, never an error.
+    The check is about small motions in free space, at a posture. Natural inertia takes no wrench
+    and is not checked. Nobody knows whether torques are late on a robot with a clock of its own: so
+    this is a warning, never an error.
 
     Args:
         model: the arm.
         q: the posture, from base to hand (n) [rad, m].
         config: of the controller, which ticks with the robot.
-        observer: that gives it the wrench.
+        observer: the one that gives it the wrench.
     """
     if config.is_natural:
         return

@@ -94,6 +94,6 @@ class RobotJoints:
 
 
 def _places(indices: Array) -> Array | slice:
-    """Returns a slice in the place of indices that follow each other, which takes less time."""
+    """Returns a slice in place of indices that follow each other, which takes less time."""
     first, n = int(indices[0]), len(indices)
     return slice(first, first + n) if np.array_equal(indices, first + np.arange(n)) else indices

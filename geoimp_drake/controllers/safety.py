@@ -27,7 +27,7 @@ def add_safety_limits(
 ) -> SafetyLimits:
     """Adds the block between a desired motion and a controller of either form.
 
-    Its input `estimated_state` remains to be connected, as that of the controller.
+    Its input `estimated_state` remains to be connected, like that of the controller.
 
     Args:
         builder: which contains the controller.

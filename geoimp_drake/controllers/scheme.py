@@ -18,7 +18,7 @@ _log = logging.getLogger("drake")
 # An inner loop tracks C; the impedance is the closed loop of E itself; the arm's servos track C.
 SCHEMES = ("inner-loop", "direct", "admittance")
 
-# Of E, in the scheme direct: that of the impedance, or the arm's own.
+# The inertia of E in the scheme direct: that of the impedance, or the arm's own.
 INERTIAS = ("desired", "natural")
 
 # What to do if E diverges from D.
@@ -69,11 +69,11 @@ class SchemeConfig:
         return DirectImpedance(impedance.make(_REMEDY))
 
     def check_is_streamed(self, name: str, value: object) -> None:
-        """Raises ConfigurationError if what only streamed references use is given without them.
+        """Raises ConfigurationError if a field of streamed references is given without them.
 
         Args:
-            name: of what is given.
-            value: None if it is not.
+            name: of the field.
+            value: None if it is not given.
         """
         if value is not None and self.scheme != "admittance":
             raise ConfigurationError(
@@ -85,7 +85,7 @@ class SchemeConfig:
         """Warns if a sensor's tool load is removed for another acceleration than that of E.
 
         Raises:
-            ConfigurationError: E never has it while it is in contact.
+            ConfigurationError: E never has that acceleration while it is in contact.
         """
         if self.scheme != "direct" or inertial_load != "reference":
             return
@@ -103,7 +103,7 @@ class SchemeConfig:
         )
 
     def check_scheme(self, name: str, impedance: _Impedance) -> None:
-        """Raises ConfigurationError if the words do not go together, or with the impedance.
+        """Raises ConfigurationError if the fields do not fit each other, or the impedance.
 
         Args:
             name: of the configuration.

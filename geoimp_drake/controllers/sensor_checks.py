@@ -1,4 +1,4 @@
-"""Does a wrist sensor suit its controller? Asked when they are made."""
+"""Whether a wrist sensor suits its controller, checked when they are made."""
 
 import logging
 
@@ -20,7 +20,7 @@ __all__ = ["check_sensor", "linear_gains", "sampled_loop", "warn_of_sensed_inert
 
 _log = logging.getLogger("drake")
 
-# Beyond one: what rounding leaves of modes that neither grow nor decay.
+# Growth beyond one by which rounding changes modes that neither grow nor decay.
 _GROWTH_TOLERANCE = 1e-6
 
 
@@ -33,9 +33,9 @@ def check_sensor(
     hands: int = 1,
     scheme: SchemeConfig | None = None,
 ) -> None:
-    """Checks a sensor that a controller is given, and warns where `warn_of_sensed_inertia` does.
+    """Checks a controller's sensor, and warns where `warn_of_sensed_inertia` does.
 
-    With natural inertia the wrench closes no loop, and the frame alone is asked.
+    With natural inertia the wrench closes no loop, and only the frame is checked.
 
     Args:
         sensor: of a hand.
@@ -43,7 +43,7 @@ def check_sensor(
         impedance: of the controller.
         motion: of the same.
         sampling: of the same.
-        hands: how many carry what has this impedance.
+        hands: the number that carry what has this impedance.
         scheme: of the controller; by default with an inner loop.
 
     Raises:
@@ -66,7 +66,7 @@ def check_sensor(
 
 
 def _check_period(period: float, impedance: ImpedanceConfig, motion: MotionConfig | None) -> None:
-    """Raises ConfigurationError if the sensor is slower than all that is to answer it."""
+    """Raises ConfigurationError if the sensor is slower than everything that responds to it."""
     longest = impedance.natural_period()
     said = f"the impedance moves within √(M/K) = {longest:.3g} s"
     if motion is not None:
@@ -98,7 +98,7 @@ def warn_of_sensed_inertia(
         impedance: of the controller that gets the wrench; None takes the default gains.
         motion: of the same.
         sampling: of the same.
-        hands: how many carry what has this impedance.
+        hands: the number that carry what has this impedance.
         is_direct: whether it has no inner loop.
     """
     seen, load = sensor.inertia, sensor.config.inertial_load
@@ -144,7 +144,7 @@ def sampled_loop(
         motion: of the inner loop.
         sampling: of the joints.
         sensor: how the wrench is read.
-        hands: how many carry what has this impedance.
+        hands: the number that carry what has this impedance.
         is_direct: whether it has no inner loop.
     """
     step = seen.time_step or min(sampling.period, sensor.period)
@@ -174,7 +174,7 @@ def linear_gains(
         impedance: of what the hands carry.
         motion: of the inner loop.
         R_WE: orientation of the end effector (3×3).
-        hands: how many carry what has this impedance.
+        hands: the number that carry what has this impedance.
     """
     # D is at E when the loop begins, and so are translation gains in its axes.
     in_axes_of_D = impedance.translation.axes == "desired"
@@ -189,7 +189,8 @@ def linear_gains(
         )
     )
     free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]
-    # The quaternion law's ε is half of a small angle; the others' displacements are all of it.
+    # The quaternion law's ε is half of a small angle; the others' displacements are the whole
+    # angle.
     K_Po = motion.K_Po * (0.5 if motion.orientation == "quaternion" else 1.0)
     return (
         np.linalg.inv(mass) * np.repeat(free, 3)[:, None],

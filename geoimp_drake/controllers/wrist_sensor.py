@@ -59,9 +59,9 @@ def add_wrist_sensor(
     """Adds a force/torque sensor that reads a weld joint of `plant`, connected to the plant.
 
     Its output port `wrench` is an input of the controllers. With `inertial_load: reference` connect
-    its input port `reference_motion` yourself: to a controller's `compliant_motion`, say, or with
-    `reference_is_held` to its `last_compliant_motion`, which costs less. For two arms that hold an
-    object see `add_wrist_sensors`.
+    its input port `reference_motion` yourself: for example to a controller's `compliant_motion`, or
+    with `reference_is_held` to its `last_compliant_motion`, which costs less. For two arms that
+    hold an object see `add_wrist_sensors`.
 
     Args:
         builder: holds `plant` already.

@@ -18,7 +18,7 @@ __all__ = ["AdaptiveDamping", "AdaptiveDampingConfig"]
 class AdaptiveDampingConfig:
     """How much damping rises, and when."""
 
-    most: float = 5.0  # factor of D at most
+    most: float = 5.0  # largest factor of D
     rise: float = 0.1  # time in which the factor rises to the most [s]
     fall: float = 10.0  # time constant with which it falls again [s]
     observer: ObserverConfig = field(default_factory=ObserverConfig)
@@ -55,7 +55,7 @@ class AdaptiveDamping:
         )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Takes what was measured last, once a period."""
+        """Takes the last measurement, once a period."""
         self.keep(memory, now, now["wrench"], now["measured_motion"])
 
     def keep(self, memory: Array, now: Now, wrench: Array, E: Array) -> None:
@@ -65,7 +65,7 @@ class AdaptiveDamping:
             memory[self.memory.level] = raised_damping(level, self._shares, rings=bool(rings))
 
     def scale(self, memory: Array) -> Array:
-        """Returns the factor of D (1,) by the memory of this part."""
+        """Returns the factor of D (1,) from the memory of this part."""
         return np.array([1.0 + memory[self.memory.level] * (self._config.most - 1.0)])
 
     def _write(self, now: Now, value: Array) -> None:

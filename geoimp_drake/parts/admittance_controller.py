@@ -1,4 +1,4 @@
-"""The whole admittance controller of one arm that takes positions as one part."""
+"""The whole admittance controller of one position-controlled arm, as one part."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ class AdmittanceController:
         impedance: of the end effector.
         kinematics: makes the joint references with which E follows C.
         sensor: the wrist sensor; None if the wrench is an input.
-        passivity: through what the gains change.
+        passivity: what changes of the gains pass through.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -79,7 +79,7 @@ class AdmittanceController:
             ]
 
     def new_workspace(self) -> Any:
-        """Returns that of the sensor."""
+        """Returns the workspace of the sensor."""
         return [None if self._sensor is None else self._sensor.new_workspace()]
 
     def start(self, memory: Array, now: Now) -> None:

@@ -16,7 +16,7 @@ class ArmWorkspace(Scratch):
     Args:
         model: the arm.
         readings: how the joints are read.
-        arrays: of input and memory, if they stay.
+        arrays: of input and memory, if they persist.
     """
 
     def __init__(self, model: ControlModel, readings: Readings, *arrays: Array):

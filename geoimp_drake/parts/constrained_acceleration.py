@@ -58,7 +58,7 @@ class ConstrainedAcceleration:
             found[:] = self._limits.constrained(arm, h, now["task_acceleration"], alpha)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Keeps what the limits do in the step that begins; warns of what does so first."""
+        """Keeps what the limits do in the step that begins; warns of each kind of limit once."""
         limited = now.found[1]
         if limited is not UNLIMITED or memory[self._acts]:
             self._limits.keep(memory, limited, now.system, now.time)

@@ -1,4 +1,4 @@
-"""The torques of one arm at its limits: what its inner loop does where one of them binds."""
+"""The torques of one arm at its limits: what its inner loop does when a limit binds."""
 
 import numpy as np
 
@@ -17,10 +17,10 @@ __all__ = ["ConstrainedTorque"]
 
 
 class ConstrainedTorque:
-    """Takes the same laws one by one, with (L.1) between those of joint accelerations and torques.
+    """Calls the inner loop's laws one by one, with (L.1) between joint accelerations and torques.
 
-    The law that an inner loop calls in every tick stops where a limit binds: a quadratic program is
-    not compiled. It is a piece of `InnerLoop`.
+    The law that an inner loop calls in every tick stops when a limit binds: a quadratic program is
+    not compiled. This class is a piece of `InnerLoop`.
 
     Args:
         model: the arm.

@@ -10,7 +10,7 @@ __all__ = ["CountedNoise", "noise_key"]
 
 
 def noise_key(seed: int, name: str) -> int:
-    """Returns the seed of one of several sources of noise: another one for each seed and name."""
+    """Returns the seed of one of several sources of noise, different for each seed and name."""
     return int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:16], "little")
 
 

@@ -15,11 +15,11 @@ class DirectImpedance:
     """The part of `systems.direct_impedance.DirectImpedance`.
 
     Args:
-        springs: whose law is evaluated with the motion of E in the place of the state of C.
+        springs: the impedance whose law is evaluated with the motion of E in place of C's state.
 
     Attributes:
         springs: the same.
-        needs_wrench: whether the law has the wrench in it.
+        needs_wrench: whether the law contains the wrench.
         holds: see `Impedance`.
     """
 
@@ -41,7 +41,7 @@ class DirectImpedance:
         self.keep(memory, state, now, now.output("compliant_motion"), slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Does what `Impedance.keep` does, but for the state, of which there is none."""
+        """Does what `Impedance.keep` does, except for the state: there is none."""
         self.springs.remember(memory, now, motion, slack)
 
     def follow(

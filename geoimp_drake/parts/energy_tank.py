@@ -13,9 +13,9 @@ __all__ = ["EnergyTank", "TankConfig"]
 
 @dataclass
 class TankConfig:
-    """How much energy gains that change may give out besides what the spring had stored."""
+    """How much energy changing gains may give out beyond what the spring had stored."""
 
-    start: float = 0.2  # in the tank at the start [J]
+    start: float = 0.2  # energy in the tank at the start [J]
     cap: float = 2.0  # the most that it holds; damping fills it [J]
 
     def validate(self, name: str) -> None:
@@ -30,7 +30,7 @@ class TankConfig:
 
 
 class EnergyTank:
-    """The tank; it is a piece of parts.
+    """The tank; it is a piece of other parts.
 
     Args:
         config: what it holds.
@@ -44,7 +44,7 @@ class EnergyTank:
         """Returns the share of a change that takes place, and takes its energy.
 
         Args:
-            memory: of this object, moved on.
+            memory: of this object, updated.
             injected: what the whole change puts into the spring [J].
             gained: what damping has dissipated since the last call [J].
         """

@@ -1,4 +1,4 @@
-"""What the laws of an impedance controller find."""
+"""The results of the laws of an impedance controller."""
 
 import numpy as np
 
@@ -10,9 +10,10 @@ __all__ = ["FoundImpedance"]
 
 
 class FoundImpedance:
-    """The motion of C, what its energy needs, memory and wrench behind both, and the torques.
+    """The motion of C, what its energy needs, the memory and wrench behind both, and the torques.
 
-    The torques also follow from the time, by a task function: `time` is theirs, NaN for none.
+    The torques also depend on the time, by a task function. `time` is that of the torques, NaN if
+    there are none.
     """
 
     __slots__ = (

@@ -1,4 +1,4 @@
-"""What the laws of a held object find, and the outputs that follow."""
+"""The results of the laws of a held object, and the outputs that follow from them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,16 +17,16 @@ _Pair = tuple[Array, Array]
 
 
 class FoundObject:
-    """What one evaluation of the law takes and finds, in arrays that stay.
+    """The inputs and results of one evaluation of the law, in persistent arrays.
 
     Args:
         law: see laws/compositions/object_control.py.
         gains: those of the object's impedance.
-        constants: what the law takes after them.
-        arms: of an arm's number: what its laws take and find.
+        constants: the law's arguments after the gains.
+        arms: by an arm's number, the signals of its laws.
 
     Attributes:
-        law: writes the first three that follow.
+        law: writes the next three attributes.
         motions: (6, 19), see there.
         wrenches: (3, 6), see there.
         rates: of the state (26).
@@ -35,7 +35,7 @@ class FoundObject:
         memory: of the whole part, with what has passed through.
         hand_wrenches: of both hands (6).
         arms: see above.
-        torques: of an arm's number: the time of its torques, its `null_space_decay_bound` and its
+        torques: by an arm's number, the time of its torques, its `null_space_decay_bound` and its
             `Limited`.
     """
 
@@ -85,7 +85,7 @@ class FoundObject:
         reference: Array,
         gains: tuple[Array, ...],
     ) -> None:
-        """Takes the inputs of one evaluation but for the pose; arguments as of the law."""
+        """Takes the inputs of one evaluation except the pose; arguments as of the law."""
         for own, given in zip(self._hands + self.hand_wrenches, hands + wrenches, strict=True):
             own[:] = given
         self._desired[:], self.state[:], self._reference[:] = desired, state, reference
@@ -93,7 +93,7 @@ class FoundObject:
 
 
 def written_motion(row: int) -> Callable[[Now, Array], None]:
-    """Returns what writes one of the motions."""
+    """Returns the function that writes one of the motions."""
 
     def write(now: Now, value: Array) -> None:
         value[:] = now.found.motions[row]
@@ -102,7 +102,7 @@ def written_motion(row: int) -> Callable[[Now, Array], None]:
 
 
 def written_wrench(row: int) -> Callable[[Now, Array], None]:
-    """Returns what writes one of the wrenches."""
+    """Returns the function that writes one of the wrenches."""
 
     def write(now: Now, value: Array) -> None:
         value[:] = now.found.wrenches[row]

@@ -1,4 +1,4 @@
-"""Notices from the hands' wrenches that a grasp has opened."""
+"""Detects from the hands' wrenches that a grasp has opened."""
 
 import logging
 from dataclasses import dataclass
@@ -27,11 +27,11 @@ class GraspMonitorConfig:
     """When a grasp counts as opened."""
 
     enabled: bool = True
-    force_threshold: float = 4.0  # of a hand that holds nothing: below it, and [N]
-    moment_threshold: float = 1.0  # below this [Nm]
+    force_threshold: float = 4.0  # a hand with less force and less moment holds nothing [N]
+    moment_threshold: float = 1.0  # the moment for the same [Nm]
     loaded: float = 2.5  # multiple of the thresholds above which a hand holds something
     fall_time: float = 0.005  # longest time from holding something to holding nothing [s]
-    dwell: float = 0.010  # how long it has to hold nothing then [s]
+    dwell: float = 0.010  # how long it must then hold nothing [s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

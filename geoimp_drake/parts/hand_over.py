@@ -20,8 +20,8 @@ from geoimp_drake.validation import positive
 
 __all__ = ["HandOver", "desired_at_equilibrium"]
 
-# Of the search for D: step of the differences [m, rad], the accelerations that count as none, and
-# after how many steps it is given up.
+# The search for D: step of the differences [m, rad], accelerations that count as none, and the
+# number of steps after which it gives up.
 _STEP, _AT_REST, _STEPS = 1e-6, 1e-9, 20
 
 
@@ -34,7 +34,8 @@ class HandOver:
         n = num_joints
         self._fade = fade
         self.inputs = {"torque_1": n, "torque_2": n, "selected": 1}
-        # Which is on, since when [s], what the torques differed by then, and the last ones.
+        # Which controller is on, since when [s], the torques' difference then, and the last
+        # torques.
         self.memory = Memory(on=0.0, since=-fade, difference=np.zeros(n), sent=np.zeros(n))
         self.samplings = ((period, self.sample),)
         signals = ("memory", "time", "torque_1", "torque_2")
@@ -43,12 +44,12 @@ class HandOver:
         )
 
     def start(self, memory: Array, now: Now) -> None:
-        """Begins with the one that is selected, without a fade."""
+        """Begins with the selected controller, without a fade."""
         memory[self.memory.on] = float(now["selected"][0] > 0.5)
         memory[self.memory.since] = now.time - self._fade
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Notes what is sent, and changes over if the other one is selected by now.
+        """Notes the torques sent, and changes over if the other controller is now selected.
 
         Raises:
             SignalError: a torque of the selected controller is NaN or infinite.
@@ -71,11 +72,11 @@ def _name(selected: float) -> str:
 
 
 def desired_at_equilibrium(impedance: Impedance, compliant: Array, wrench: Array) -> Array:
-    """Returns the motion (19) of a D at rest under which C stays at rest while a wrench acts.
+    """Returns the motion (19) of a D at rest with which C stays at rest while a wrench acts.
 
-    With a constant force alone it is K_p⁻¹ f away; the search holds for every orientation family
-    and for coupled stiffnesses. A controller that starts in contact with this D asks for the
-    torques that act already.
+    With a constant force alone D is K_p⁻¹ f away; the search works for every orientation family and
+    for coupled stiffnesses. A controller that starts in contact with this D commands the torques
+    that already act.
 
     Args:
         impedance: of the end effector.
@@ -83,8 +84,8 @@ def desired_at_equilibrium(impedance: Impedance, compliant: Array, wrench: Array
         wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N].
 
     Raises:
-        ConfigurationError: no D within reach balances the wrench: it is larger than the elastic
-            moment of the family ever is.
+        ConfigurationError: no D within reach balances the wrench: its moment is larger than the
+            elastic moment of the family can be.
     """
     D = np.zeros(FRAME_MOTION_SIZE)
     D[:FRAME_STATE_SIZE] = compliant[:FRAME_STATE_SIZE]

@@ -56,7 +56,8 @@ class HeldObject:
                                          GraspMonitor ─▶ ReferenceHold ◀┘
 
     The laws are the blocks' own (laws/compositions/object_control.py); a sample of the wrenches
-    takes a second call. It is a piece of `TwoArms`, whose outputs come from the `FoundObject`.
+    takes a second call. This class is a piece of `TwoArms`, whose outputs come from the
+    `FoundObject`.
 
     The continuous state is that of C, then that of the mutual pose of the references. Both start
     with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
@@ -85,7 +86,7 @@ class HeldObject:
         self._watch, self._load = watch, load
         self._law = object_control(impedance.rotation.law)
         self._object_motion = compiled(held_object_motion)
-        # Without one its gains are not used.
+        # Without an internal impedance its gains are not used.
         gains = (impedance if internal is None else internal).gains(None)
         self._constants = internal is not None, *gains, *load.arguments
         self._at_rest = np.zeros(FRAME_MOTION_SIZE)
@@ -135,10 +136,10 @@ class HeldObject:
         return outputs
 
     def new_found(self, arms: dict[int, ArmSignals] | None = None) -> FoundObject:
-        """Returns what the law writes to.
+        """Returns the arrays that the law writes to.
 
         Args:
-            arms: of an arm's number: what its laws take and find, for a part that has arms.
+            arms: by an arm's number, the signals of its laws, for a part that has arms.
         """
         gains = self._impedance.changing_gains.configured
         return FoundObject(self._law, gains, self._constants, arms or {})
@@ -193,7 +194,7 @@ class HeldObject:
         """Returns what the limits of both arms leave undone of C and of the mutual pose (6).
 
         Args:
-            now: has what was found.
+            now: has the results.
             first: measured motion of the first hand (19).
             hands: the same of both hands (6).
         """
@@ -204,13 +205,13 @@ class HeldObject:
         return slacks[0], slacks[1]
 
     def keep(self, memory: Array, state: Array, now: Now, slacks: _Slacks) -> None:
-        """Does what `begin` does, and keeps by what C and the mutual pose are held back.
+        """Does what `begin` does, and keeps what holds back C and the mutual pose.
 
         Args:
-            memory: of this part, moved on.
-            state: of this part, moved on.
+            memory: of this part, updated.
+            state: of this part, updated.
             now: the inputs.
-            slacks: of C and of the mutual pose, see there (6).
+            slacks: of C and of the mutual pose, see `slacks` (6).
         """
         found: FoundObject = now.found
         C, hands = found.motions[COMPLIANT], found.motions[HANDS]
@@ -226,7 +227,7 @@ class HeldObject:
         memory[self.memory.reference_1], memory[self.memory.reference_2] = hands
 
     def hold_back(self, memory: Array, rates: Array) -> None:
-        """Adds to the derivatives of C's state and of the mutual pose what they are held back by.
+        """Adds to the derivatives of C's state and of the mutual pose what holds them back.
 
         Args:
             memory: of this part.
@@ -243,7 +244,7 @@ class HeldObject:
         if self._watch is None or signals is None:
             return
         watch, hold = self._watch
-        # A hold follows one sample after what it is for, as behind a port.
+        # A hold follows one sample after its cause, as behind a port.
         opened, place = memory[self._opened], memory[self.memory.hold]
         if hold.is_due(place, opened):
             first, second = now.found.motions[HANDS]
@@ -262,7 +263,7 @@ class HeldObject:
             reference[:] = hold.motion(k, memory[self.memory.hold], time, opened)
 
     def _object_start(self, now: Now, hands: tuple[Array, Array], found: FoundObject) -> Array:
-        """Returns the object's pose and velocity as measured (13): on that pose C starts."""
+        """Returns the object's pose and velocity as measured (13): C starts at that pose."""
         for k in (1, 2):
             check_frame_motion(hands[k - 1], now.port(f"measured_motion_{k}"))
         self._object_motion(*hands, found.pose[QUATERNION], found.motions[:2])
@@ -281,7 +282,7 @@ class HeldObject:
         for k in (1, 2):
             check_wrench(wrenches[k - 1], now.port(f"wrench_{k}"))
         C, mutual = found.state[self.state.compliant], found.state[self.state.mutual]
-        # First the mutual pose: a grasp that cannot be held throws the object about, too.
+        # The mutual pose comes first: a grasp that cannot be held also makes the object diverge.
         if self._internal is not None:
             within = Within(now, {}, {}, label=", mutual pose")
             self._internal.check(within, AT_REST, found.wrenches[2], mutual)

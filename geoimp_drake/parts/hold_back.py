@@ -10,7 +10,7 @@ __all__ = ["NO_SLACK", "HoldBack"]
 
 NO_SLACK = np.zeros(6)
 
-# Of the energy that holding C back may give out: what is there at the start, and the most [J].
+# Energy in the tank from which holding C back takes: at the start, and at most [J].
 _TANK, _CAP = 0.2, 2.0
 
 # After a longer pause the tank is not filled: no limit has acted [s].
@@ -18,7 +18,7 @@ _LONGEST_STEP = 0.01
 
 
 class HoldBack:
-    """What C gets besides its law's acceleration, and the tank from which that takes energy.
+    """The acceleration of C besides that of its law, and the tank from which it takes energy.
 
     It is a piece of `Impedance`. The tank is filled while a limit acts.
 
@@ -33,10 +33,10 @@ class HoldBack:
     def keep(
         self, memory: Array, slack: Array, velocity: Array, M: Array, gained: float, time: float
     ) -> None:
-        """Keeps what C is held back by from now on.
+        """Keeps what holds C back from now on.
 
         Args:
-            memory: of this object, moved on.
+            memory: of this object, updated.
             slack: acceleration of E that the limits leave undone (6,).
             velocity: of C (6,).
             M: mass matrix of the impedance, in W (6, 6).

@@ -30,7 +30,7 @@ __all__ = ["AXES", "TRANSLATION_AXES", "Impedance"]
 
 AXES = ("both", "translation", "rotation", "none")
 
-# In which M_p, D_p and K_p are given.
+# The axes in which M_p, D_p and K_p are given.
 TRANSLATION_AXES = ("world", "desired")
 
 
@@ -41,11 +41,11 @@ class Impedance:
         rotation: the orientation family with its gains.
         changing_gains: as configured, or as signals say.
         gains: `changing_gains.at`.
-        energies: of whatever gains.
+        energies: of any gains.
         check: raises an error if the law cannot use a signal, see `ImpedanceChecks`.
         has_domain: see there.
         is_plain: whether its orientation family can be used at any attitude.
-        needs_wrench: whether the law has the wrench in it.
+        needs_wrench: whether the law contains the wrench.
         holds: place in the memory that is not zero while C is held back.
     """
 
@@ -110,7 +110,7 @@ class Impedance:
         )
 
     def check_start(self, now: Now) -> None:
-        """Evaluates the law, so that initialization already refuses what it cannot use."""
+        """Evaluates the law, so that initialization already refuses unusable signals."""
         now.output("compliant_motion")
 
     def find(self, now: Now, motion: Array) -> None:
@@ -133,7 +133,7 @@ class Impedance:
         signals: ImpedanceSignals,
         arm: ArmSignals,
     ) -> tuple[Array, ...]:
-        """Writes the motion of C (19,) in a whole controller; returns what `energy` takes besides.
+        """Writes the motion of C (19,) in a whole controller; returns what else `energy` takes.
 
         Args:
             now: the inputs of the controller.
@@ -141,7 +141,7 @@ class Impedance:
             loop: from which C starts.
             memory: of the loop, with a reading.
             signals: where to write.
-            arm: those of the loop.
+            arm: the signals of the loop.
         """
         state = now.state
         if not is_set(state):
@@ -152,7 +152,7 @@ class Impedance:
     def evaluate(
         self, now: Now, desired: Array, wrench: Array, state: Array, signals: ImpedanceSignals
     ) -> None:
-        """Does what `write_motion` does, in arrays that stay."""
+        """Does what `write_motion` does, in persistent arrays."""
         signals.take(desired, wrench, state, self.gains(now))
         if self.has_domain:
             self.check(now, desired, wrench, state)
@@ -198,11 +198,11 @@ class Impedance:
         self.keep(memory, state, now, now.output("compliant_motion"), slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Keeps the motion of C as a step begins, and what it is held back by.
+        """Keeps the motion of C as a step begins, and what holds C back.
 
         Args:
-            memory: of this part, moved on.
-            state: of this part, moved on.
+            memory: of this part, updated.
+            state: of this part, updated.
             now: the inputs.
             motion: of C (19,).
             slack: acceleration of E that the limits leave undone (6,).
@@ -217,10 +217,10 @@ class Impedance:
         self.remember(memory, now, motion, slack)
 
     def remember(self, memory: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Keeps the motion of C in the memory; warns once if its family comes to its end.
+        """Keeps the motion of C in the memory; warns once if its family nears a singularity.
 
         Args:
-            memory: of this part, moved on.
+            memory: of this part, updated.
             now: the inputs.
             motion: of C (19,).
             slack: what is added to its acceleration (6,).
@@ -240,7 +240,7 @@ class Impedance:
         self.hold_back(now.memory, rate)
 
     def hold_back(self, memory: Array, rate: Array) -> None:
-        """Adds to the derivative of C's state what C is held back by.
+        """Adds to the derivative of C's state what holds C back.
 
         Args:
             memory: of this part.
@@ -250,7 +250,7 @@ class Impedance:
             rate[VELOCITY] += memory[self._slack]
 
     def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:
-        """Keeps what C is held back by from now on."""
+        """Keeps what holds C back from now on."""
         energy = ImpedanceEnergy(self.energy(now, C, NO_SLACK))
         gained = energy.translational_dissipated_power + energy.rotational_dissipated_power
         held = memory[self.memory.held]

@@ -31,7 +31,7 @@ _REMEDY = (
 
 
 class ImpedanceChecks:
-    """It is a piece of `Impedance`.
+    """The checks of an impedance's signals; a piece of `Impedance`.
 
     Args:
         rotation: the orientation family with its gains.
@@ -39,7 +39,7 @@ class ImpedanceChecks:
         remedy: what to do if the motion diverges; a default for an end effector.
 
     Attributes:
-        has_domain: whether the law is not defined at every attitude.
+        has_domain: whether there are attitudes at which the law is undefined.
         has_conditioning: whether its representation may come near a singularity.
     """
 
@@ -75,7 +75,7 @@ class ImpedanceChecks:
             self._rotation.check_domain(desired[QUATERNION], C)
 
     def is_ill_conditioned(self, now: Now, D: Array, C: Array) -> bool:
-        """Returns whether the family comes near its singularity, and then warns.
+        """Returns whether the family is near its singularity, and then warns.
 
         Args:
             now: has the time and the system's name.

@@ -40,7 +40,7 @@ class ImpedanceController:
         impedance: of the end effector.
         loop: the arm's inner loop.
         sensor: the wrist sensor; None if the wrench is an input.
-        passivity: through what the gains change.
+        passivity: what changes of the gains pass through.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -107,7 +107,7 @@ class ImpedanceController:
             ),
             *loop_reports[:1],
             held("last_compliant_motion", self._last),
-            # With six joints it is wanted near a singularity, where there may be no torque.
+            # With six joints it is needed near a singularity, where there may be no torque.
             Output("smallest_singular_value", 1, self._write_singular_value, reading),
             Output("null_space_error", n, self._write_error, torque),
             Output("task_value", 1, self._write_task_value, torque),
@@ -120,7 +120,7 @@ class ImpedanceController:
             ]
 
     def new_workspace(self) -> tuple[Any, Any, Any]:
-        """Returns those of the loop and of the sensor, and what the rate is found with."""
+        """Returns the workspaces of the loop and of the sensor, and arrays for the rate."""
         sensor = None if self._sensor is None else self._sensor.new_workspace()
         return self._loop.new_workspace(), sensor, self.new_found()
 
@@ -132,18 +132,18 @@ class ImpedanceController:
             self._sensor.start(memory[self.memory.sensor], now)
 
     def check_start(self, now: Now) -> None:
-        """Evaluates the impedance, so that initialization already refuses what it cannot use."""
+        """Evaluates the impedance, so that initialization already refuses unusable signals."""
         _ = now.found
 
     def new_found(self) -> FoundImpedance:
-        """Returns what the motion of C is written to."""
+        """Returns the arrays that the motion of C is written to."""
         impedance = self._impedance.new_signals()
         return FoundImpedance(impedance, self._loop.new_signals(impedance.motion))
 
     def stay(
         self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
     ) -> tuple[Any, FoundImpedance, ImpedanceTick | None]:
-        """Does what `new_workspace` and `new_found` do, for memory and inputs that stay."""
+        """Does what `new_workspace` and `new_found` do, for persistent memory and inputs."""
         arm, wrench = memory[self._arm], inputs.get("wrench", _NO_WRENCH)
         felt = wrench.copy() if self._impedance.needs_wrench is False else wrench
         given = inputs["desired_motion"], wrench
@@ -161,7 +161,7 @@ class ImpedanceController:
     def _tick(
         self, memory: Array, reading: ReadingSignals, found: FoundImpedance
     ) -> ImpedanceTick | None:
-        """Returns what does a tick in one call; None if more is to be done in it, or to be seen."""
+        """Returns what does a tick in one call; None if a tick has more to do or to show."""
         impedance, loop = self._impedance, self._loop
         if not isinstance(impedance, Impedance) or self._changes_gains:
             return None
@@ -199,7 +199,7 @@ class ImpedanceController:
         return memory[self._own], memory[self._arm]
 
     def _measured(self, now: Now, found: FoundImpedance) -> tuple[Array, Array]:
-        """Returns the wrench and the motion of E as measured last."""
+        """Returns the last measured wrench and motion of E."""
         return found.wrench, self._loop.motion(found.arm_memory, now)
 
     def _view(self, now: Now, memory: Array) -> Now:
@@ -271,7 +271,7 @@ class ImpedanceController:
         value[:] = self._resolved(now).reports[1] if self._loop.is_redundant else 0.0
 
     def _resolved(self, now: Now) -> FoundImpedance:
-        """Returns what has been found, with torques of this time."""
+        """Returns the results, with torques of this time."""
         found: FoundImpedance = now.found
         if found.time != now.time:
             # What the impedance leaves out is not compensated in (2.3) either.

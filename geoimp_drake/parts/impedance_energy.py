@@ -99,7 +99,7 @@ def stored_energy(energy: Array) -> Any:
 
 
 def dissipated_power(energy: Array) -> Any:
-    """Returns what damping dissipates by an ImpedanceEnergy (9,), or by several (9, N) [W]."""
+    """Returns the power that damping dissipates, of one ImpedanceEnergy (9,) or more (9, N) [W]."""
     view = ImpedanceEnergy(energy)
     return view.translational_dissipated_power + view.rotational_dissipated_power
 

@@ -12,14 +12,14 @@ from geoimp_drake.typing import Array
 
 __all__ = ["GAIN_PORTS", "ImpedanceGains", "LawGains"]
 
-# Inputs that change the gains, with their sizes: factors of K_p and K_o, K and D as matrices (6×6)
-# row by row in the order [angular; linear], and a factor of D.
+# Inputs that change the gains, with their sizes. They are factors of K_p and K_o, K and D (6×6) row
+# by row in the order [angular; linear], and a factor of D.
 GAIN_PORTS = {"stiffness_scale": 2, "stiffness": 36, "damping": 36, "damping_scale": 1}
 
 # What `compliant_motion` takes: translation, rotation, coupling, parts.
 LawGains = tuple[Array, Array, Array, Array]
 
-# Of the largest entry: how far from symmetry, and how negative an eigenvalue, rounding may be.
+# Asymmetry and negative eigenvalues below this share of the largest entry are rounding.
 _ROUNDING = 1e-9
 
 
@@ -55,7 +55,7 @@ class ImpedanceGains:
         self._is_stiffness_in_desired = in_desired or K_c is not None
 
     def at(self, now: Now | None) -> LawGains:
-        """Returns the gains that signals ask for; the configured ones where there are none.
+        """Returns the gains that signals ask for; the configured ones where there is no signal.
 
         Args:
             now: the inputs, those of `GAIN_PORTS` among them if connected; None for none.
@@ -99,7 +99,7 @@ class ImpedanceGains:
         return K, D
 
     def of(self, stiffness: Array, damping: Array) -> LawGains:
-        """Returns the gains with K and D (36,) as `matrices` returns them, which is not checked."""
+        """Returns the gains with K and D (36,) as `matrices` returns them, without a check."""
         translation, rotation, coupling, parts = (gain.copy() for gain in self.configured)
         rotation[2], coupling[0], translation[2] = _split(stiffness)
         rotation[1], coupling[1], translation[1] = _split(damping)

@@ -20,15 +20,15 @@ __all__ = ["ImpedanceTick"]
 
 
 class ImpedanceTick:
-    """Does what an `ImpedanceController` does in a tick of a loop in which nothing is unusual.
+    """Does a tick of an `ImpedanceController` in a loop if nothing in it is unusual.
 
-    In any other tick it leaves everything as it is, and returns False. Then its pieces are called
-    one after the other; they know what to do and name what is wrong.
+    In any other tick it leaves everything as it is, and returns False. Then the controller's pieces
+    are called one after the other; they know what to do, and name a fault.
 
     Args:
         impedance: of the end effector.
         loop: of an arm of six joints.
-        reading: how its joints are read, in arrays that stay, as all that follow.
+        reading: how its joints are read; in persistent arrays, like all that follow.
         found: what the outputs follow from.
         last: motion of C when the last tick ended (19,).
         holds: not zero while C is held back (1,).
@@ -52,7 +52,7 @@ class ImpedanceTick:
         self._law = bound(law, reading.arguments, *kept, last, holds, acts, self._target)
 
     def __call__(self, now: Now, targets: Mapping[str, Array], elapsed: float) -> bool:
-        """Moves on; see `Stays`."""
+        """Advances by one tick; see `Stays`."""
         found, target = self._found, targets.get("desired_motion", ())
         is_known = len(targets) == 1 and len(target) == FRAME_MOTION_SIZE
         if not is_known or found.memory is not now.memory or now.has_any(GAIN_PORTS):

@@ -38,8 +38,8 @@ class InnerLoop(ReadArm):
         JointReadings ─▶ ArmModel ─▶ MotionController ─▶ RedundancyResolver
                                                       ─▶ InverseDynamicsInnerLoop
 
-    The laws are the blocks' own (laws/compositions/arm_torque.py). It is a piece of other parts;
-    its inputs are `estimated_state`, `reference_motion` and `wrench`.
+    The laws are the blocks' own (laws/compositions/arm_torque.py). This class is a piece of other
+    parts; its inputs are `estimated_state`, `reference_motion` and `wrench`.
 
     Args:
         model: the arm.
@@ -47,8 +47,8 @@ class InnerLoop(ReadArm):
         motion: gains and law of the motion loop.
         null_space: of an arm of more than six joints.
         limits: of the arm.
-        arm: its number where there are several, from one on; then the inputs' names end with it.
-        remedies: against what the model does not know; None for none.
+        arm: its number if there are several, from one on; the inputs' names then end with it.
+        remedies: against errors of the model; None for none.
 
     Attributes:
         is_redundant: whether it has more than six joints.
@@ -113,7 +113,7 @@ class InnerLoop(ReadArm):
 
         Args:
             reference: array of the motion to be tracked (19,), a new one by default.
-            memory: of this part, if it stays.
+            memory: of this part, if it persists.
             wrench: array of the wrench (6,), a new one by default.
         """
         n, efforts = self.model.num_joints, self._saturation.limits
@@ -123,13 +123,13 @@ class InnerLoop(ReadArm):
         return ArmSignals(self._law, self._constants, n, efforts, *own)
 
     def stay(self, memory: Array, inputs: Mapping[str, Array]) -> ArmWorkspace:
-        """Does what `new_workspace` does, for memory and inputs that stay."""
+        """Does what `new_workspace` does, for persistent memory and inputs."""
         return ArmWorkspace(
             self.model, self.readings, inputs[self._port], memory[self.memory.readings]
         )
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the first reading, whose posture is the one from which targets may start."""
+        """Takes the first reading; targets may start from its posture."""
         self.readings.start(memory[self.memory.readings], now, self._port)
         q = memory[self.memory.readings][self.model.state_order[: self.model.num_joints]]
         self._null_space.keep_start(memory[self.memory.posture], q)
@@ -138,7 +138,7 @@ class InnerLoop(ReadArm):
             self._rehearse(memory, now)
 
     def _rehearse(self, memory: Array, now: Now) -> None:
-        """Calls what a limit that binds calls, so that no tick waits for a compiler."""
+        """Calls the laws of a binding limit once, so that no tick waits for a compiler."""
         signals = self.new_signals(self.motion(memory, now))
         signals.take(memory, self._reading)
         self._constrained.write(signals)
@@ -187,7 +187,7 @@ class InnerLoop(ReadArm):
         return error[:-1], task.value, float(error[-1]), limited
 
     def outputs(self, place: slice, suffix: str = "") -> list[Output]:
-        """Returns those of what is remembered, whose names end with `suffix`.
+        """Returns the outputs of what is remembered; their names end with `suffix`.
 
         Args:
             place: of this part's memory in that of the whole.
@@ -217,13 +217,13 @@ class InnerLoop(ReadArm):
     def compare_with_limits(
         self, memory: Array, signals: ArmSignals, bound: float, limited: Array, now: Now
     ) -> None:
-        """Remembers what limits do and the largest torques, finds what remedies add; warns.
+        """Remembers the effect of limits and the largest torques, finds what remedies add; warns.
 
-        That is a limit that acts, a saturation, and a K_n that is too large.
+        It warns of a limit that acts, of saturation, and of a K_n that is too large.
 
         Args:
-            memory: of this part, moved on.
-            signals: with the torques that are requested.
+            memory: of this part, updated.
+            signals: with the requested torques.
             bound: what `write_torque` has returned for K_n [1/s].
             limited: `Limited` (10,).
             now: has the time and the system's name.

@@ -12,7 +12,7 @@ from geoimp_drake.validation import check, choice, key, spd_matrix
 
 __all__ = ["InternalGains", "InternalImpedanceConfig", "is_open"]
 
-# A damper that is integrated in steps of dt diverges at D dt/M = 2; the grasp in series with it and
+# A damper that is integrated in steps of dt diverges at D dt/M = 2. The grasp in series with it and
 # the age of the wrench take their part of that.
 _LARGEST_DECAY_PER_STEP = 1.5
 
@@ -94,7 +94,7 @@ class InternalImpedanceConfig:
             getattr(self, part).check_period(key(name, part), period)
 
     def make(self, name: str = "internal", period: float = 1e-3, remedy: str = "") -> Impedance:
-        """Returns the part; `remedy` is what its error says if the motion diverges."""
+        """Returns the part; `remedy` is the advice in its error if the motion diverges."""
         check(self, name)
         self.check_period(name, period)
         rotation = QuaternionImpedance(*self.rotation.matrices(f"{name}.rotation"))

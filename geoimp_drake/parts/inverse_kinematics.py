@@ -1,4 +1,4 @@
-"""Joint references that a frame's motion asks of an arm that takes positions."""
+"""Joint references by which a position-controlled arm follows a frame's motion."""
 
 from dataclasses import dataclass, replace
 
@@ -34,8 +34,8 @@ __all__ = ["InverseKinematics", "ReferenceConfig"]
 
 _NO_WRENCH = np.zeros(6)
 
-# At a limit the reference has at least so many periods, and so has C to take up what is left
-# undone: otherwise both overshoot where a tick comes late.
+# Near a limit the reference has at least so many periods, and so has C to take up what is left
+# undone. Otherwise both overshoot when a tick comes late.
 _LEAST_PERIODS = 2.0
 
 
@@ -44,7 +44,7 @@ class ReferenceConfig:
     """How joint references follow C, with the scheme `admittance`."""
 
     gain: float = 20.0  # K_x: the reference's error decays at this rate [1/s]
-    posture_gain: float = 1.0  # K_n: so does a redundant arm's way back to its first posture [1/s]
+    posture_gain: float = 1.0  # K_n: so does a redundant arm's distance from its start [1/s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -52,7 +52,7 @@ class ReferenceConfig:
         non_negative(self.posture_gain, key(name, "posture_gain"), "1/s")
 
     def check_period(self, name: str, period: float) -> None:
-        """Raises ConfigurationError if the error would not decay with references so rare."""
+        """Raises ConfigurationError if the error would not decay with so long a period [s]."""
         fastest = max(self.gain, self.posture_gain)
         if fastest * period > 1.0:
             raise ConfigurationError(
@@ -119,20 +119,20 @@ class InverseKinematics:
         memory[self.memory.reference] = self._at_rest(reading)
         memory[self.memory.posture] = reading[self._q]
         memory[self.memory.started] = 1.0
-        # What a limit calls is called once, so that no tick waits for a compiler.
+        # The laws of a limit are called once, so that no tick waits for a compiler.
         arm = self._arm(reading)
         self._within_limits(arm, arm.v, arm.Jv_V_WE @ arm.v, self.period)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Moves the reference on by one period towards the reference motion."""
+        """Advances the reference by one period towards the reference motion."""
         C = now["reference_motion"]
         check_frame_motion(C, now.port("reference_motion"))
         self.advance(memory, now, C)
 
     def advance(self, memory: Array, now: Now, C: Array) -> None:
-        """Does the same towards a motion (19,) that has been checked.
+        """Advances the reference towards a motion (19,) that has been checked.
 
-        After lost ticks it moves on in steps of a period at most, towards where C is by then.
+        After lost ticks it advances in steps of at most a period, towards where C is by then.
         """
         elapsed = self.period if now.elapsed is None else now.elapsed
         steps = steps_of(elapsed, self.period)
@@ -158,7 +158,7 @@ class InverseKinematics:
         return self._dynamics.evaluate(None, state[self.model.state_order])
 
     def _move(self, memory: Array, C: Array, since: float, step: float) -> Array:
-        """Moves the reference on by a step, C having moved on since [s]; returns `Limited`."""
+        """Advances the reference by a step, towards C after `since` [s]; returns `Limited`."""
         reference = memory[self.memory.reference]
         arm = self._arm(reference)
         error = self._error(C, arm.Q_WE, arm.p_WE) + since * C[VELOCITY]
@@ -181,7 +181,7 @@ class InverseKinematics:
     def _within_limits(
         self, arm: ArmState, free: Array, V: Array, step: float
     ) -> tuple[Array, Array]:
-        """Returns q̇_d (n,) and `Limited`: what is asked for in a step is an acceleration."""
+        """Returns q̇_d (n,) and `Limited`: the change within a step is an acceleration."""
         J, alpha_0 = arm.Jv_V_WE, (free - arm.v) / step
         dynamics = J, arm.B, arm.Cv, arm.Fv, arm.g, _NO_WRENCH
         x = np.concatenate((arm.q, arm.v))

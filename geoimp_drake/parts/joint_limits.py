@@ -32,10 +32,10 @@ _LOST_RATE = 10.0
 # Weight of the null-space motion against the task; a hundred times B still counts for little.
 _NULL_SPACE_WEIGHT = 1e-6
 
-# How close to a bound counts as at it, as a share.
+# How close to a bound counts as on it, as a share.
 _AT_BOUND = 1e-6
 
-# What acts, and what is then said of it.
+# The kinds of limit, and the warning when one acts.
 _KINDS = {
     "position": "a joint comes near an end of its range",
     "velocity": "a joint reaches its velocity limit",
@@ -43,8 +43,8 @@ _KINDS = {
     "singularity": "the arm comes near a singularity, smallest_singular_value is below {threshold}",
 }
 
-# At how many joints positions, velocities and efforts act, whether the posture counts as singular,
-# and the acceleration of E that is left undone [rad/s², m/s²].
+# The numbers of joints whose position, velocity and effort limits act, and whether the posture
+# counts as singular. Then the acceleration of E that is left undone [rad/s², m/s²].
 _FIELDS = [
     *_KINDS,
     *(f"slack_{part}_{axis}" for part in ("rotation", "translation") for axis in "xyz"),
@@ -54,14 +54,14 @@ Limited = namedview("Limited", _FIELDS)
 # Of a `Limited`: the slack, [angular; linear].
 SLACK = slice(4, 10)
 
-# While no limit acts; known by its identity, since a tick has no time to look at its entries.
+# The value while no limit acts, known by its identity: a tick has no time to look at entries.
 UNLIMITED = np.zeros(10)
 UNLIMITED.flags.writeable = False
 
 
 @dataclass
 class LimitsConfig:
-    """How an arm keeps its joints' positions, velocities and efforts, which its plant has."""
+    """How an arm keeps its joints' position, velocity and effort limits, which its plant has."""
 
     margin: float = 0.02  # kept free of each end of a joint's range [rad, m]
     velocity: float = 0.95  # share of the velocity limits that is used
@@ -88,14 +88,14 @@ class JointLimits:
     Args:
         model: the arm.
         config: how they are kept; None for no limits at all.
-        masses: of the impedance, by which the task is weighed; unit matrices by default.
+        masses: of the impedance, by which the task is weighted; unit matrices by default.
         damping: near singularities.
 
     Attributes:
         is_on: whether there are any.
         num_joints: n.
         threshold: smallest singular value below which a posture counts as singular.
-        memory: what acts, and of what there has been a warning.
+        memory: which limits act, and which have had a warning.
         arguments: the limits (5, n), and the settings of `constrained_acceleration` (6,).
     """
 
@@ -147,7 +147,7 @@ class JointLimits:
         """Keeps what the limits do; warns of each kind that acts for the first time.
 
         Args:
-            memory: of this object, moved on.
+            memory: of this object, updated.
             limited: `Limited` (10,).
             system: the name in the warning.
             time: [s].
@@ -163,7 +163,7 @@ class JointLimits:
             _log.warning(f"{system}: at t = {time:.3f} s {said}; it does not follow as asked.")
 
     def _weight(self, arm: ArmState) -> Array:
-        """Returns the mass matrix in W (6, 6) with C and D where E is, the attitude known here."""
+        """Returns the mass matrix in W (6, 6), with C and D at E's attitude, the one known here."""
         return self._masses.in_world(arm.R_WE, arm.R_WE)
 
     def _acting(
@@ -174,7 +174,7 @@ class JointLimits:
         at = np.concatenate((alpha, arm.B @ alpha))
         near = _AT_BOUND * np.maximum(1.0, np.abs(at))
         low, high = at <= lower + near, at >= upper - near
-        # Of the box, the velocity limits are what does not depend on the position.
+        # The velocity limits are the part of the box that does not depend on the position.
         speeds = (limits[2:4] - arm.v) / settings[0]
         at_speed = (low[:n] & (lower[:n] <= speeds[0])) | (high[:n] & (upper[:n] >= speeds[1]))
         effort = (low | high)[n:].sum()

@@ -36,7 +36,7 @@ class Readings:
         turning = finite_vector(given, "turns", num_positions)
         self._sampling = velocity == "differenced", turning
         self.inputs = {"state": n}
-        # The count is that of readings: none, the first, more.
+        # The count of readings: none, the first, more.
         self.memory = Memory(reading=np.zeros(n), count=0.0)
         self.samplings = ((period, self.sample),)
         self.outputs = (Output("estimated_state", n, self._write, ("memory", "state")),)
@@ -44,7 +44,7 @@ class Readings:
     def new_workspace(
         self, state: Array | None = None, memory: Array | None = None
     ) -> ReadingSignals:
-        """Returns where a reading is taken: in the arrays of input and memory, if they stay."""
+        """Returns where a reading is taken: in the arrays of input and memory, if they persist."""
         return ReadingSignals(len(self._sampling[1]), *self._sampling, state, memory)
 
     def start(self, memory: Array, now: Now, port: str = "state") -> None:
@@ -64,7 +64,7 @@ class Readings:
         """Takes another reading.
 
         Args:
-            memory: moved on.
+            memory: updated.
             place: of this part's memory in it.
             now: the inputs.
             port: the name of the input.

@@ -19,5 +19,5 @@ class KeptMotion:
         self.outputs = (held("last_motion", self.memory.last),)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Keeps what the motion is."""
+        """Keeps the motion."""
         memory[:] = now["motion"]

@@ -1,7 +1,8 @@
-"""What laws take and find, in arrays that stay: a call passes none, and takes no memory.
+"""Inputs and results of laws, in persistent arrays: a call passes none, and takes no memory.
 
-These objects belong to a context, as a workspace or as what is found; a copy has arrays of its own.
-Where memory and inputs stay, as in a `PartLoop`, their own arrays are taken and nothing is copied.
+These objects belong to a context, as its `workspace` or its `found`; a copy has arrays of its own.
+Where memory and inputs persist, as in a `PartLoop`, the laws use their arrays and nothing is
+copied.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ __all__ = ["ArmSignals", "ImpedanceSignals", "KeptGains", "ReadingSignals", "Wat
 
 
 class ReadingSignals:
-    """Those of `next_reading`.
+    """The signals of `next_reading`.
 
     Args:
         n: number of joints.
@@ -35,8 +36,8 @@ class ReadingSignals:
     Attributes:
         state: of the joints (2n,).
         held: the reading and the count behind it (2n + 1,).
-        arguments: what the law keeps.
-        law: moves the reading on by a period.
+        arguments: the fixed ones of the law.
+        law: advances the reading by a period.
     """
 
     def __init__(
@@ -53,9 +54,9 @@ class ReadingSignals:
         self.law: Callable[[float], bool] = bound(next_reading, *self.arguments)
 
     def take(self, state: Array, memory: Array, place: slice, period: float) -> bool:
-        """Moves a reading on by a period, with its count (2n + 1,) at a place of a memory.
+        """Advances a reading by a period, with its count (2n + 1,) at a place of a memory.
 
-        Returns what the law does.
+        Returns what the law returns.
         """
         if self._is_in_place:
             return self.law(period)
@@ -80,7 +81,7 @@ class KeptGains:
         self._given, self.arrays = gains, tuple(np.array(gain) for gain in gains)
 
     def take(self, gains: tuple[Array, ...]) -> None:
-        """Takes other gains, known by their identity."""
+        """Takes other gains, recognized by their identity."""
         if gains is not self._given:
             self._given = gains
             for own, given in zip(self.arrays, gains, strict=True):
@@ -88,7 +89,7 @@ class KeptGains:
 
 
 class WatchSignals:
-    """Those of `watch_grasps`.
+    """The signals of `watch_grasps`.
 
     Args:
         thresholds: see the law.
@@ -97,18 +98,18 @@ class WatchSignals:
 
     Attributes:
         new: which hands have just opened (2,).
-        law: moves the times on by a period.
+        law: advances the times by a period.
     """
 
     def __init__(self, thresholds: Array, limits: Array, period: float):
-        # No views of one array: a copy of this object would part them from what the law keeps.
+        # No views of one array: a copy of this object would separate them from the law's arguments.
         self._h_1, self._h_2 = np.zeros(6), np.zeros(6)
         self._times, self.new = np.zeros(4), np.zeros(2)
         given = self._h_1, self._h_2, self._times, thresholds, limits, period
         self.law: Callable[[], bool] = bound(watch_grasps, *given, self._times, self.new)
 
     def take(self, h_1: Array, h_2: Array, times: Array) -> bool:
-        """Moves times (4,) on by a period; returns what the law does."""
+        """Advances times (4,) by a period; returns what the law returns."""
         self._h_1[:], self._h_2[:], self._times[:] = h_1, h_2, times
         is_taken = self.law()
         times[:] = self._times
@@ -116,7 +117,7 @@ class WatchSignals:
 
 
 class ImpedanceSignals:
-    """Those of `impedance_step`.
+    """The signals of `impedance_step`.
 
     Args:
         family: the law of an orientation family.
@@ -165,11 +166,11 @@ class ImpedanceSignals:
 
 
 class ArmSignals:
-    """Those of `arm_torque`, or of `redundant_arm_torque`.
+    """The signals of `arm_torque`, or of `redundant_arm_torque`.
 
     Args:
         law: one of these.
-        constants: what it takes before its signals; the first three are those of `measured_motion`.
+        constants: its arguments before the signals; the first three are those of `measured_motion`.
         n: number of joints.
         efforts: limits of the torques, in the order of the actuators (n,).
         reference: array of that name, a new one by default.
@@ -222,7 +223,7 @@ class ArmSignals:
             self.reading[:] = memory[place]
 
     def compare(self, memory: Array, place: slice) -> int:
-        """Moves the largest efforts at a place of a memory on; returns what `peak_effort` does."""
+        """Updates the largest efforts at a place of a memory; returns what `peak_effort` does."""
         if self._is_compared:
             return self._compare()
         self._peak[:] = memory[place]

@@ -78,17 +78,17 @@ class MomentumObserver:
         self.sample(memory, now)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Moves the observer on to a reading, with the torque over the step that led to it."""
+        """Advances the observer to a reading, with the torque over the step that led to it."""
         self.observe(memory, now)
         self._tare(memory, now.time)
         external = self._external(memory)
         self._wrench(now["estimated_state"], external, memory[self.memory.wrench])
 
     def observe(self, memory: Array, now: Now, *, is_held: bool = False) -> None:
-        """Moves the residual on to a reading; `is_held` takes the reading and leaves it as it is.
+        """Advances the residual to a reading; with `is_held` it takes the reading alone.
 
         Args:
-            memory: of this part, moved on.
+            memory: of this part, updated.
             now: the inputs, see `sample`.
             is_held: whether the residual stays.
         """
@@ -102,7 +102,7 @@ class MomentumObserver:
         memory[places.time] = now.time
 
     def _tare(self, memory: Array, time: float) -> None:
-        """Takes the mean of the residual in the second half of the time given for it."""
+        """Takes the mean of the residual in the second half of the time for the tare."""
         if not 0.5 * self._config.tare < time <= self._config.tare:
             return
         count = memory[self.memory.tare_samples] = memory[self.memory.tare_samples] + 1.0

@@ -23,7 +23,7 @@ class MotionControl:
     Attributes:
         gains: K_Do and K_Po, K_Dp and K_Pp (2, 3, 3) each [1/s, 1/s²].
         orientation_law: see `orientation_control.ORIENTATION_LAWS`.
-        has_domain: whether the law is not defined at every attitude.
+        has_domain: whether there are attitudes at which the law is undefined.
     """
 
     def __init__(

@@ -36,7 +36,7 @@ class NaturalImpedance:
     """The part of `systems.natural_impedance.NaturalImpedance`; arguments and errors are the same.
 
     Attributes:
-        springs: of which stiffness and orientation family are used.
+        springs: the impedance whose stiffness and orientation family are used.
         needs_wrench: False.
         holds: see `Impedance`.
     """
@@ -70,15 +70,15 @@ class NaturalImpedance:
         )
 
     def check_start(self, now: Now) -> None:
-        """Evaluates the law, so that initialization already refuses what it cannot use."""
+        """Evaluates the law, so that initialization already refuses unusable signals."""
         _ = now.found
 
     def new_found(self) -> _Found:
-        """Returns what the motion of C is written to."""
+        """Returns the arrays that the motion of C is written to."""
         return _Found()
 
     def find(self, now: Now, found: _Found) -> None:
-        """Writes the motion of C, and what its energy takes besides."""
+        """Writes the motion of C, and further arguments of its energy."""
         found.terms = self._write_of(now, now["arm"], found.motion)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
@@ -87,7 +87,7 @@ class NaturalImpedance:
         self.keep(memory, state, now, now.found.motion, slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Does what `Impedance.keep` does, but for the state, of which there is none."""
+        """Does what `Impedance.keep` does, except for the state: there is none."""
         self.springs.remember(memory, now, motion, slack)
 
     def follow(
@@ -103,7 +103,7 @@ class NaturalImpedance:
         return self._write_of(now, loop.arm_state(memory, now), signals.motion)
 
     def energy(self, now: Now, C: Array, wrench: Array, mobility: Array, damping: Array) -> Array:
-        """Returns ImpedanceEnergy (9,) [J, W]; what couples the two parts is shared by them.
+        """Returns ImpedanceEnergy (9,) [J, W]; translation and rotation share what couples them.
 
         Args:
             now: the inputs, of which the motion of D and the factors are used.

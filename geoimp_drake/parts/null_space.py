@@ -22,8 +22,8 @@ __all__ = ["NullSpace"]
 class NullSpace:
     """How the null-space motion is controlled, and what is remembered of it.
 
-    That is the posture from which targets may start, NaN until it has been kept, and whether there
-    has been a warning about K_n.
+    It remembers the posture from which targets may start, NaN until it has been kept, and whether
+    it has warned of K_n.
 
     Args:
         model: the arm.
@@ -34,7 +34,8 @@ class NullSpace:
         task: the task function w; none by default.
         weight: a constant W, symmetric positive definite (n×n); by default W = B  (3.36).
         damping: near singularities.
-        period: of the joints' readings, for which a K_n is watched [s]; None for no watch.
+        period: of the joints' readings, against which a constant K_n is watched [s]; None for no
+            watch.
 
     Attributes:
         arguments: K and κ of the gain K + κB, k_β, W and its inverse, whether W = B, σ₀ and λ₀, for
@@ -97,8 +98,8 @@ class NullSpace:
         """Warns once if a constant K_n is too large at a posture.
 
         Args:
-            memory: of this object, moved on.
-            bound: none of the rates of decay is above it, see `null_space_decay_bound` [1/s].
+            memory: of this object, updated.
+            bound: no rate of decay is above it, see `null_space_decay_bound` [1/s].
             evaluate: returns the arm, for a closer look.
             system: its name in the warning.
             time: [s].

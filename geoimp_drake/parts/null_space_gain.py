@@ -1,4 +1,4 @@
-"""The gain of the null-space motion, and the watch over one that does not depend on the posture."""
+"""The gain of the null-space motion, and the watch over a constant one."""
 
 import logging
 
@@ -15,8 +15,8 @@ __all__ = ["DEFAULT_KAPPA", "GainWatch", "null_space_gain"]
 
 _log = logging.getLogger("drake")
 
-# Null-space motion falls to 1 % in half a second; and with κB a sixth of the damping of the inner
-# loop, the null space adds little to what noise and sampling do there [1/s].
+# Null-space motion falls to 1 % in half a second. With κB a sixth of the damping of the inner loop,
+# the null space adds little to what noise and sampling do there [1/s].
 DEFAULT_KAPPA = 10.0
 
 # Period times rate of decay beyond which null-space motion grows.
@@ -30,7 +30,7 @@ def null_space_gain(
 
     Args:
         K_n: a constant gain, as for `spd_matrix`, or zero.
-        kappa: a rate [1/s], or None; if K_n is zero, the default.
+        kappa: a rate [1/s]; None is the default rate if K_n is zero.
         n: number of joints.
         name: of the configuration, for errors.
 
@@ -52,8 +52,8 @@ def null_space_gain(
 class GainWatch:
     """Warns once where a constant gain K_n is too large for the period.
 
-    Null-space motion decays by ė_n = −NB⁻¹K_n e_n. Between two readings the torques are held, so it
-    grows if the period times a rate of decay exceeds 2. How large that is depends on the posture.
+    Null-space motion decays by ė_n = −NB⁻¹K_n e_n. Between two readings the torques are held, so
+    the motion grows if the period times a rate of decay exceeds 2. The rates depend on the posture.
 
     Args:
         K: K_n (n, n).

@@ -76,7 +76,7 @@ class ObjectKinematics:
         if not (self._is_finite(h_1) and self._is_finite(h_2)):
             check_signal(h_1, now.port("wrench_1"))
             check_signal(h_2, now.port("wrench_2"))
-        # Whose inertial load is removed; the weight alone if there is none.
+        # The motion whose inertial load is removed; without one, only the weight is removed.
         reference = self._at_rest
         if now.has("reference_motion"):
             reference = now["reference_motion"]

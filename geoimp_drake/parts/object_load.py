@@ -23,16 +23,16 @@ OBJECT_WRENCHES = ("grasp-matrix", "printed")
 
 @dataclass
 class ObjectLoad:
-    """What the hands carry besides the contact: removed from the object's wrench.
+    """What the hands carry besides the contact; it is removed from the object's wrench.
 
-    A part of the object that hangs on a hand and is already removed from that hand's wrench is left
-    out here.
+    Leave out a part of the object that hangs on a hand, if that hand's wrench is already without
+    it.
     """
 
     mass: float = 0.0  # [kg]
     centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # p_OG in O [m]
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about G, in O [kg m²]
-    inertial_load: str = "compliant"  # that of C's motion is removed, too; or none: weight alone
+    inertial_load: str = "compliant"  # the load of C's motion is removed, too; or none: the weight
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -42,7 +42,7 @@ class Memory:
     """Names for places in one vector, and their initial values.
 
     `Memory(reading=np.zeros(12), count=0.0)` has attributes `reading`, a slice, and `count`, an
-    index: `vector[memory.reading]`. A `Memory` as a value is that of a part within.
+    index: `vector[memory.reading]`. A `Memory` as a value is that of an inner part.
 
     Attributes:
         start: the whole vector at the start (n,).
@@ -127,7 +127,7 @@ class Output:
         name: of the output.
         size: of the vector; one of 19 is a frame motion.
         write: writes the value; takes a `Now` and the array to write to.
-        of: what it depends on: inputs, and of `memory`, `state`, `time` and `found`.
+        of: what it depends on: inputs, and any of `memory`, `state`, `time` and `found`.
     """
 
     name: str
@@ -139,8 +139,8 @@ class Output:
         """Returns the same output of a part that contains this one.
 
         Args:
-            view: what the inner part is given.
-            inputs: of the outer part; what else the inner one is given is in the memory.
+            view: what the inner part sees.
+            inputs: of the outer part; the inner part's other inputs are in the memory.
         """
         of = [name for name in self.of if name in inputs or name in ("memory", "time")]
         return replace(self, write=lambda now, value: self.write(view(now), value), of=of)
@@ -209,7 +209,7 @@ class Samples(Protocol):
     """A part that does something every period.
 
     Attributes:
-        samplings: periods [s], each with what writes the memory then.
+        samplings: periods [s], each with the function that then writes the memory.
     """
 
     samplings: Sequence[tuple[float, Callable[[Array, Now], None]]]
@@ -264,19 +264,19 @@ class Flows(Protocol):
 
 @runtime_checkable
 class Stays(Protocol):
-    """A part whose laws read and write memory and inputs in place, where these stay."""
+    """A part whose laws read and write memory and inputs in place, where these persist."""
 
     def stay(
         self, memory: Array, inputs: Mapping[str, Array], state: Array, rate: Array
     ) -> tuple[Any, Any, Callable[[Now, Mapping[str, Array], float], bool] | None]:
-        """Returns a workspace, where to write what is found, and what does a tick in one call.
+        """Returns a workspace, a new `found`, and a function that does a tick in one call.
 
-        That is None, or takes a `Now`, the targets of the tick and the time since the last one. It
-        samples, integrates and begins as the part does, and finds; or it returns False and has
-        changed nothing.
+        The function may be None. It takes a `Now`, the targets of the tick and the time since the
+        last one. It samples, integrates, begins and finds as the part does; or it returns False and
+        has changed nothing.
 
         Args:
-            memory: of the part, as all that follows.
+            memory: of the part, like all that follows.
             inputs: by name.
             state: continuous state.
             rate: where its derivative is written.

@@ -1,4 +1,4 @@
-"""A part called by hand, tick by tick, in the place of a simulator: its state is one array."""
+"""A part called by hand, tick by tick, in place of a simulator: its state is one array."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -26,7 +26,7 @@ from geoimp_drake.validation import unknown_name
 
 __all__ = ["PartLoop"]
 
-# The longest gap that is made up for, in periods.
+# The longest gap that the loop catches up on, in periods.
 _MOST_STEPS = 1000
 
 
@@ -34,17 +34,17 @@ class PartLoop:
     """Runs a part as a simulator with steps of explicit Euler runs its system.
 
     In a tick the part samples the new readings. Its continuous state is integrated over the time
-    since the tick before, with these readings and the old targets. Its outputs follow from all of
+    since the previous tick, with these readings and the old targets. Its outputs follow from all of
     them. A simulator does the same: a discrete plant is read as it will be at the end of a step.
-    Lost ticks are made up for in steps of a period of the part's samples at most.
+    The loop catches up on lost ticks in steps of at most a period of the part's samples.
 
     Args:
         part: a whole controller; its inputs are vectors.
         name: of the loop, in messages.
 
     Attributes:
-        state: all that the part remembers, one array that may be copied and written: its memory,
-            its continuous state, the inputs of the last tick, and the time [s].
+        state: all that the part remembers, in one array that may be copied and written. It holds
+            the memory, the continuous state, the inputs of the last tick, and the time [s].
     """
 
     def __init__(self, part: Part, name: str):
@@ -91,12 +91,12 @@ class PartLoop:
     def step(
         self, readings: Mapping[str, Array], targets: Mapping[str, Array], elapsed: float
     ) -> None:
-        """Moves on by one tick.
+        """Advances by one tick.
 
         Args:
             readings: inputs that have been measured, by name; others keep what `input` holds.
-            targets: inputs that are functions of time, at the end of the tick; until then what they
-                were at its beginning.
+            targets: inputs that are functions of time, at the end of the tick; until then they keep
+                their values.
             elapsed: time since the last tick [s].
 
         Raises:
@@ -147,7 +147,7 @@ class PartLoop:
         return value
 
     def output(self, name: str) -> Array:
-        """Returns an output of the last tick, in an array that the next one writes to.
+        """Returns an output of the last tick, in an array that the next tick overwrites.
 
         Raises:
             ConfigurationError: there is no such output.

@@ -23,7 +23,7 @@ class PassiveGains:
     """The part of `systems.passive_gains.PassiveGains`; arguments and errors are the same.
 
     Attributes:
-        changing: the inputs that ask for gains, with their sizes.
+        changing: the inputs that request gains, with their sizes.
         level: place in the memory of the energy in the tank.
     """
 
@@ -44,7 +44,7 @@ class PassiveGains:
             stiffness=np.zeros(36),
             damping=np.zeros(36),
             is_set=0.0,
-            # Where D and C were as the last step began; the time is negative before the first.
+            # The poses of D and C when the last step began; the time is negative before the first.
             desired=AT_REST[_POSE],
             compliant=AT_REST[_POSE],
             time=-1.0,
@@ -59,25 +59,25 @@ class PassiveGains:
         )
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the gains that are asked for as they are: what is stored then was stored."""
+        """Takes the requested gains as they are: what they store counts as stored before."""
         memory[self.memory.stiffness], memory[self.memory.damping] = self._wanted(now)
         memory[self.memory.is_set] = 1.0
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Changes the gains as far as the tank lets, for the step that begins."""
+        """Changes the gains as far as the tank allows, for the step that begins."""
         self.keep(memory, now, now["compliant_motion"])
 
     def keep(self, memory: Array, now: Now, C: Array) -> None:
         """Does what `begin` does.
 
         Args:
-            memory: of this part, moved on.
+            memory: of this part, updated.
             now: the inputs.
             C: motion of C (19,).
         """
         tank, K = memory[self.memory.tank], memory[self.memory.stiffness]
         gained = self._gained(memory, now, C)
-        # A damping gives no energy out, whatever it is, and changes at once.
+        # No damping gives out energy, so it changes at once.
         wanted, memory[self.memory.damping] = self._wanted(now)
         if np.array_equal(wanted, K):
             self._tank.share(tank, 0.0, gained)
@@ -87,7 +87,7 @@ class PassiveGains:
         K[:] = wanted if share == 1.0 else K + share * (wanted - K)
 
     def granted(self, memory: Array, now: Now) -> dict[str, Array]:
-        """Returns the gains in the place of the inputs that ask for them.
+        """Returns the granted gains in place of the inputs that request them.
 
         Args:
             memory: of this part.

@@ -1,4 +1,4 @@
-"""What keeps the impedance of a whole controller passive: none of it unless it is configured."""
+"""What keeps the impedance of a whole controller passive: nothing unless it is configured."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,18 +17,18 @@ __all__ = ["Passivity", "PassivityConfig"]
 
 @dataclass
 class PassivityConfig:
-    """What keeps an impedance passive whose gains change, or whose contact rings."""
+    """What keeps an impedance passive when its gains change or its contact rings."""
 
     gains: TankConfig | None = None  # K and D as signals, through a tank; null: a factor of K alone
     damping: AdaptiveDampingConfig | None = None  # D rises while a contact rings; null: never
 
     @property
     def is_on(self) -> bool:
-        """Whether anything is asked for."""
+        """Whether anything is configured."""
         return self.gains is not None or self.damping is not None
 
     def refuse(self, name: str, why: str) -> None:
-        """Raises ConfigurationError if anything is asked for; `why` says of what it is no part."""
+        """Raises ConfigurationError if anything is configured; `why` says why it cannot be used."""
         for field in ("gains", "damping"):
             if getattr(self, field) is not None:
                 raise ConfigurationError(f"{name}.{field} is given, but {why}. Leave it out.")
@@ -47,7 +47,7 @@ class Passivity:
     Attributes:
         gains: the part that changes them; None if they do not change.
         damping: the part that raises it; None if nothing does.
-        inputs: of the controller, that change the gains, with their sizes.
+        inputs: those of the controller that change the gains, with their sizes.
         changes_gains: whether the impedance sees other gains than those of the inputs.
     """
 
@@ -71,7 +71,7 @@ class Passivity:
         return outputs
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the gains as they are asked for."""
+        """Takes the requested gains."""
         if self.gains is not None:
             self.gains.start(memory[self.memory.gains], now)
 
@@ -81,10 +81,10 @@ class Passivity:
         """Changes the gains for the step that begins.
 
         Args:
-            memory: of this piece, moved on.
+            memory: of this piece, updated.
             now: the inputs of the controller.
             C: motion of C (19,).
-            measured: returns the wrench (6,) and the motion of E (19,) as measured last.
+            measured: returns the last measured wrench (6,) and motion of E (19,).
         """
         if self.gains is not None:
             self.gains.keep(memory[self.memory.gains], now, C)
@@ -93,7 +93,7 @@ class Passivity:
             self.damping.keep(memory[self.memory.damping], Within(now, names, {}), *measured())
 
     def view(self, memory: Array, now: Now) -> Now:
-        """Returns what the impedance sees: the gains as they have been granted.
+        """Returns what the impedance sees: the granted gains.
 
         Args:
             memory: of this piece.

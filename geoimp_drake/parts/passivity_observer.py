@@ -1,4 +1,4 @@
-"""The energy that an end effector gives out, from what is measured of it."""
+"""The energy that an end effector gives out, from measurements."""
 
 from dataclasses import dataclass
 
@@ -17,16 +17,17 @@ __all__ = ["ObserverConfig", "PassivityObserver"]
 _POSE = slice(0, POSE_SIZE)
 _ROUNDING = 1e-6  # of a period
 
-# A push that is weaker by this than the last one dies out by itself.
+# A push that is weaker than the last one by this factor dies out by itself.
 _DECAY = 0.5
 
-# Of a push's largest work in a step: below that it ends, since against a damper work is never < 0.
+# A push ends when its work in a step falls below this share of its largest: against a damper work
+# is never negative.
 _DIP = 0.1
 
 
 @dataclass
 class ObserverConfig:
-    """How the energy that is given out is observed."""
+    """How the observer counts energy that is given out."""
 
     delay: int = 0  # how many periods the wrench is later than the joints' readings
     lag: float = 0.1  # of the means of wrench and velocity: what is slower does not count [s]
@@ -61,7 +62,7 @@ class PassivityObserver:
             time=-np.inf,
             means=np.zeros(12),
             ways=np.zeros(6 * (config.delay + 1)),
-            # Energy of the push that goes on, and most of it in a step; energy of the last one that
+            # Energy of the present push, and its largest in a step; energy of the last push that
             # counted, and when it ended.
             push=0.0,
             peak=0.0,
@@ -74,17 +75,17 @@ class PassivityObserver:
         )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Takes what was measured last, once a period."""
+        """Takes the last measurement, once a period."""
         self.keep(memory, now, now["wrench"], now["measured_motion"])
 
     def keep(self, memory: Array, now: Now, wrench: Array, E: Array) -> bool:
         """Does what `begin` does; returns whether a period is over.
 
         Args:
-            memory: of this part, moved on.
+            memory: of this part, updated.
             now: the time, and the ports' names.
-            wrench: as measured last (6,).
-            E: motion of the end effector as read last (19,).
+            wrench: the last measured one (6,).
+            E: last measured motion of the end effector (19,).
         """
         places = self.memory
         if now.time < memory[places.time] + (1.0 - _ROUNDING) * self.period:
@@ -101,7 +102,7 @@ class PassivityObserver:
         return True
 
     def _add(self, memory: Array, h: Array, z: Array, time: float) -> None:
-        """Adds the work of a step; a push lasts until what alternates gives out little or takes."""
+        """Adds the work of a step; a push lasts until its alternating work is small or negative."""
         places, least = self.memory, self._config.least
         memory[places.given_out] += h @ z
         work = alternating_work(h, z, memory[places.means].reshape(2, 6), self._share)

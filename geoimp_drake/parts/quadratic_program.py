@@ -22,13 +22,13 @@ _INFINITE = 1e30
 def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
     """Returns α (n,) at the minimum of ½αᵀHα + fᵀα with bounds of α and of Bα.
 
-    Where not all of them can be kept, those of Bα are kept, and α leaves its own by as little as it
-    must. |Bα| within bounds that contain a point can always be kept.
+    If not all bounds can be kept, those of Bα are kept, and α leaves its own by as little as
+    possible. Bounds of Bα that contain a point can always be kept.
 
     Args:
         H: symmetric positive definite (n, n).
         f: (n,).
-        B: regular (n, n).
+        B: nonsingular (n, n).
         lower: of α, then of Bα (2n,).
         upper: of the same.
 
@@ -48,7 +48,7 @@ def minimum(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array:
 
 
 def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) -> Array | None:
-    """Returns what keeps the bounds of Bα and is nearest, by B, to the minimum in the box."""
+    """Returns the α that keeps the bounds of Bα and is nearest, by B, to the minimum in the box."""
     n = len(f)
     inside = _solver()(H, f, np.empty((0, n)), lower[:n], upper[:n])
     if inside is None:
@@ -74,7 +74,7 @@ def _by_daqp(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array 
 
 
 def _by_clarabel(H: Array, f: Array, A: Array, lower: Array, upper: Array) -> Array | None:
-    """Returns what `_by_daqp` does."""
+    """Returns what `_by_daqp` returns."""
     from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
     program = MathematicalProgram()

@@ -31,7 +31,7 @@ class ReadArm:
         model: the arm.
         readings: how the joints are read.
         count: place in the memory that is zero until there has been a reading.
-        chain: the arm, what is found of it and the order of a reading, as laws take them.
+        chain: the arm, memory for its quantities and the order of a reading, as laws take them.
     """
 
     def __init__(self, model: ControlModel, readings: Readings, memory: Memory, port: str):
@@ -79,7 +79,7 @@ class ReadArm:
         return motion
 
     def measured(self, memory: Array, now: Now, signals: ArmSignals) -> Array:
-        """Returns what `write_motion` writes, in an array that stays (19,).
+        """Returns what `write_motion` writes, in a persistent array (19,).
 
         Args:
             memory: of this part, with a reading.
@@ -100,7 +100,7 @@ class ReadArm:
         return self._arm(memory[self._readings])
 
     def smallest_singular_value(self, memory: Array, now: Now) -> float:
-        """Returns that of the Jacobian of E, in rad and m.
+        """Returns the smallest singular value of the Jacobian of E, in rad and m.
 
         Args:
             memory: of this part, with a reading.

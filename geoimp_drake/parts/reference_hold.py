@@ -127,7 +127,7 @@ class Hold:
 
         Args:
             resting: place of this part's memory in that of the whole.
-            opened: place of what is open.
+            opened: place of the opened hands in it.
         """
 
         def write(now: Now, value: Array) -> None:

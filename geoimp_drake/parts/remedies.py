@@ -1,4 +1,4 @@
-"""Torques against what the model of an arm does not know, beside those of its inner loop."""
+"""Torques against errors of an arm's model, added to those of its inner loop."""
 
 import numpy as np
 
@@ -34,12 +34,12 @@ __all__ = ["Remedies"]
 class Remedies:
     """The part of `systems.arm.remedies.Remedies`.
 
-    As a step begins, it computes what to add from the next sample of the readings on. Then every
-    form and plant has the same torques, and those that the observer is told have acted.
+    As a step begins, it computes the torques to add from the next sample of the readings on. So
+    every form and plant has the same torques, and the torques that the observer is told have acted.
 
     Args:
         model: the arm.
-        config: which, and how.
+        config: which remedies, and how.
         motion: the inner loop's gains; the integral's are in proportion to them.
         period: of the readings [s].
         damping: near singularities.
@@ -81,7 +81,7 @@ class Remedies:
         }
         self.memory = Memory(
             time=np.nan,  # when the last step began
-            # What is added, and without what is fed forward; now, and from the next sample on.
+            # The torques added, and those without feedforward; now, and from the next sample on.
             compensation=np.zeros(n),
             observed=np.zeros(n),
             next_compensation=np.zeros(n),
@@ -99,7 +99,7 @@ class Remedies:
         )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Finds what is added after this step, whose torques it compares with the limits."""
+        """Finds what to add after this step; compares the torques of this step with the limits."""
         for name in self.inputs:
             check_signal(now[name], now.port(name))
         check_frame_motion(now["reference_motion"], now.port("reference_motion"))
@@ -121,7 +121,7 @@ class Remedies:
         self._compare(memory, now)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Adds from now on what has been found."""
+        """Adds from now on the torques that have been found."""
         places = self.memory
         memory[places.compensation] = memory[places.next_compensation]
         memory[places.observed] = memory[places.next_observed]
@@ -162,7 +162,7 @@ class Remedies:
         return torque
 
     def _is_held(self, memory: Array, now: Now) -> bool:
-        """Whether the integral stays: in a contact, or at a torque that is at its limit."""
+        """Whether the integral is held: in contact, or with a torque at its limit."""
         if self.config.integral is not None and self.config.integral.in_contact:
             touches = False
         else:

@@ -1,4 +1,4 @@
-"""What an inner loop does against an error of its model: nothing unless it is configured."""
+"""What an inner loop does against errors of its model: nothing unless it is configured."""
 
 import logging
 from dataclasses import dataclass, field
@@ -21,10 +21,10 @@ _log = logging.getLogger("drake")
 
 @dataclass
 class IntegralConfig:
-    """Integral action on E off C."""
+    """Integral action on the deviation of E from C."""
 
     rate: float = 2.0  # K_I = rate K_P: it takes over from the proportional action [1/s]
-    largest: float = 0.05  # error whose proportional action it has at most, per axis [rad, m]
+    largest: float = 0.05  # error whose proportional action is its bound, per axis [rad, m]
     in_contact: bool = False  # false: the integral stays as it is while the hand touches something
 
     def validate(self, name: str) -> None:
@@ -51,7 +51,7 @@ class FrictionConfig:
 
     coulomb: Array = field(default_factory=lambda: np.array(0.0))  # [Nm, N]
     viscous: Array = field(default_factory=lambda: np.array(0.0))  # beyond the model's
-    slow: float = 0.01  # velocity below which the sign of a motion is not sure [rad/s, m/s]
+    slow: float = 0.01  # velocity below which the sign of a motion is uncertain [rad/s, m/s]
     share: float = 1.0  # of that friction
 
     def validate(self, name: str) -> None:
@@ -64,17 +64,17 @@ class FrictionConfig:
 
 @dataclass
 class RemediesConfig:
-    """What an inner loop does against what its model does not know; null for nothing."""
+    """What an inner loop does against errors of its model; null for nothing."""
 
     integral: IntegralConfig | None = None
     disturbance_observer: DisturbanceObserverConfig | None = None
     friction: FrictionConfig | None = None
-    touch_force: float = 3.0  # at the wrist, from which on the hand touches something [N]
-    touch_moment: float = 0.3  # the same [Nm]
+    touch_force: float = 3.0  # force at the wrist that counts as touching something [N]
+    touch_moment: float = 0.3  # moment that counts the same [Nm]
 
     @property
     def is_on(self) -> bool:
-        """Whether anything is asked for."""
+        """Whether anything is configured."""
         return any((self.integral, self.disturbance_observer, self.friction))
 
     def validate(self, name: str) -> None:
@@ -109,7 +109,7 @@ class RemediesConfig:
             )
 
     def warn_of_contact(self) -> None:
-        """Warns of a remedy that is known to hurt where it is asked for."""
+        """Warns of a remedy that is known to do harm as it is configured."""
         for name in ("integral", "disturbance_observer"):
             remedy = getattr(self, name)
             if remedy is not None and remedy.in_contact:

@@ -1,4 +1,4 @@
-"""Limits for an arm that may hit somebody: D is slowed, leashed to C, and given up for C."""
+"""Limits for an arm that may hit somebody: D is slowed, leashed to C, and becomes C after a hit."""
 
 import logging
 from dataclasses import dataclass
@@ -36,17 +36,17 @@ _ROUNDING = 1e-9
 
 @dataclass
 class SafetyConfig:
-    """What an arm may do to somebody it hits. The library knows no such limit: yours have a source.
+    """What an arm may do to somebody it hits; the library has no such limit: yours have a source.
 
     It is not a certified safety function.
     """
 
-    force: float = 0.0  # largest of a contact; to be given [N]
+    force: float = 0.0  # largest force of a contact; to be given [N]
     source: str = ""  # of that limit, in words; to be given
     contact_stiffness: float = 0.0  # of the stiffest body that may be hit; to be given [N/m]
     cap: bool = True  # D is not faster than such a contact allows
     leash: bool = True  # D's spring and damper pull C with half of `force` each, at most
-    detection: float | None = 15.0  # force at the wrist on which D becomes C; null for none [N]
+    detection: float | None = 15.0  # force at the wrist at which D becomes C; null for none [N]
     softer: float = 0.2  # K is multiplied by this from then on
 
     def validate(self, name: str) -> None:
@@ -87,7 +87,7 @@ class SafetyLimits:
             "estimated_state": 2 * model.num_joints,
         }
         self.memory = Memory(
-            motion=np.zeros(FRAME_MOTION_SIZE),  # of D as it was given at the last tick
+            motion=np.zeros(FRAME_MOTION_SIZE),  # of D as passed on at the last tick
             is_set=0.0,
             scale=np.ones(2),
             report=np.zeros(3),
@@ -101,7 +101,7 @@ class SafetyLimits:
         self.samplings = ((period, self.sample),)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Keeps D as it is given, and looks whether somebody has been hit."""
+        """Keeps D as it is passed on, and checks whether somebody has been hit."""
         places, wrench = self.memory, now["wrench"]
         check_signal(wrench, now.port("wrench"))
         motion = np.empty(FRAME_MOTION_SIZE)
@@ -126,7 +126,7 @@ class SafetyLimits:
         self._find_motion(now, now.memory, motion)
 
     def _find_motion(self, now: Now, memory: Array, motion: Array) -> float:
-        """Writes D as it is given; returns the speed that it may have, infinite if it rests."""
+        """Writes D as it is passed on; returns the speed that it may have, infinite if it rests."""
         motion[:] = now["desired_motion"]
         last, speed = memory[self.memory.motion], np.inf
         if not memory[self.memory.is_set]:
@@ -142,7 +142,7 @@ class SafetyLimits:
         return speed
 
     def _slow(self, now: Now, last: Array, motion: Array) -> float:
-        """Lets D go towards where it should be, no faster than is safe; returns that speed."""
+        """Moves D towards where it should be, no faster than is safe; returns that speed."""
         way = motion[POSITION] - last[POSITION]
         length = float(np.sqrt(way @ way))
         if length == 0.0:
@@ -166,7 +166,7 @@ class SafetyLimits:
         )
 
     def _hold(self, C: Array, motion: Array) -> None:
-        """Keeps D so near to C, and so little faster, that neither spring nor damper pulls more."""
+        """Limits how far and how fast D leads C, so that neither spring nor damper pulls more."""
         if not is_finite(C) or not C[:POSE_SIZE].any():
             return
         half = 0.5 * self._config.force

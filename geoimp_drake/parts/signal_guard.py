@@ -1,4 +1,4 @@
-"""What a supervised controller is given in the place of a reading or a wrench that is none."""
+"""What a supervised controller gets in place of an invalid reading or wrench."""
 
 from typing import Protocol
 
@@ -14,39 +14,39 @@ __all__ = ["SignalGuard"]
 class _Limits(Protocol):
     force: float  # largest at E [N]
     moment: float  # largest at E [Nm]
-    stuck: float  # way of D in which a signal must change [m, rad]
+    stuck: float  # path of D over which a signal must change [m, rad]
 
 
 class SignalGuard:
-    """Judges reading and wrench of a tick; in the place of what is none it gives the last one.
+    """Judges reading and wrench of a tick; in place of an invalid one it gives the last valid one.
 
-    A signal is none if it is not finite, or if it has repeated itself to the bit while D moved by
-    `stuck`. A wrench of exactly zero may stay: that of a hand which nothing touches. A wrench
-    beyond its limit is given with the limit as its length. It is a piece of the supervisor's part.
+    A signal is invalid if it is not finite, or if it has repeated itself to the bit while D moved
+    by `stuck`. A wrench of exactly zero may repeat itself: nothing touches the hand. A wrench
+    beyond its limit is shortened to the limit. This class is a piece of the supervisor's part.
 
     Args:
         n: number of joints.
-        limits: largest force and moment, and the way of D in which a signal must change.
+        limits: largest force and moment, and the path of D over which a signal must change.
         period: of a tick [s].
     """
 
     def __init__(self, n: int, limits: _Limits, period: float):
         self._limits, self._period = limits, period
         self.memory = Memory(
-            state=np.zeros(2 * n),  # as it was given at the last tick
+            state=np.zeros(2 * n),  # as passed on at the last tick
             wrench=np.zeros(6),
-            state_way=0.0,  # of D since the signal has changed [m, rad]
+            state_way=0.0,  # path of D since the signal has changed [m, rad]
             wrench_way=0.0,
-            felt=0.0,  # when there was the last valid wrench [s]
-            blind=0.0,  # 1 from when there was none for too long on: it brakes once
+            felt=0.0,  # time of the last valid wrench [s]
+            blind=0.0,  # 1 once there has been none for too long: it brakes once
         )
 
     def missing(self, now: Now, memory: Array) -> str | None:
-        """Returns what there is none of at this instant, in words, None for nothing."""
+        """Returns in words which signal is missing at this instant, None for nothing."""
         return self.missing_reading(now, memory) or self._missing_wrench(now, memory)
 
     def missing_reading(self, now: Now, memory: Array) -> str | None:
-        """Returns the same of the joints alone; E's measured motion stands for them if it must."""
+        """Returns the same for the joints alone; without their reading, for E's measured motion."""
         has_state = now.has("estimated_state")
         reading = now["estimated_state" if has_state else "measured_motion"]
         if not now["valid"][0] or not is_finite(reading):
@@ -82,13 +82,13 @@ class SignalGuard:
         return bool(memory[self.memory.blind] > was_blind)
 
     def write_state(self, now: Now, memory: Array, state: Array) -> None:
-        """Writes the joints' reading, or the last one that there was."""
+        """Writes the joints' reading, or the last valid one."""
         last = memory[self.memory.state]
         is_lost = last.any() and self.missing_reading(now, memory)
         state[:] = last if is_lost else now["estimated_state"]
 
     def write_wrench(self, now: Now, memory: Array, wrench: Array) -> None:
-        """Writes the wrench within its limits, or the last one, or in the end none."""
+        """Writes the wrench within its limits, or the last valid one, or in the end zero."""
         if self._missing_wrench(now, memory):
             wrench[:] = 0.0 if memory[self.memory.blind] else memory[self.memory.wrench]
             return
@@ -100,7 +100,7 @@ class SignalGuard:
                 part *= limit / length
 
     def keep(self, now: Now, memory: Array, D: Array) -> None:
-        """Keeps what has been given, and how far D moves on without a change in it.
+        """Keeps what has been passed on, and how far D moves without a change in it.
 
         Args:
             now: the inputs.

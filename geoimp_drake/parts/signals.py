@@ -38,7 +38,7 @@ def check_signal(value: Array, port: str) -> None:
 
 
 def check_wrench(wrench: Array, port: str) -> None:
-    """Raises SignalError if a wrench (6,) is not finite, or of a size that no arm meets."""
+    """Raises SignalError if a wrench (6,) is not finite, or larger than any arm meets."""
     wrench = numbers(wrench)
     check_signal(wrench, port)
     if has_diverged(wrench):

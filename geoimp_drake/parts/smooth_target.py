@@ -15,7 +15,7 @@ from geoimp_drake.validation import positive
 
 __all__ = ["SmoothedTarget"]
 
-# (1 + x + x²/2) exp(−x) = 0.01: what three equal poles have left of a step after x of their times.
+# (1 + x + x²/2) exp(−x) = 0.01: three equal poles leave 1 % of a step after x time constants.
 _SETTLED = 8.4059
 
 

@@ -32,7 +32,7 @@ _TOLERANCE = 1e-9
 class Mode(IntEnum):
     """What a supervised arm is doing."""
 
-    INIT = 0  # no valid reading as yet: the robot's own torques
+    INIT = 0  # no valid reading yet: the robot's own torques
     SOFT_START = 1  # from the robot's torques to the controller's
     RUN = 2
     HOLD = 3  # a signal is missing: the last torques are kept
@@ -56,7 +56,7 @@ _BLIND = ", D is C"  # ends a reason to brake
 class Supervisor:
     """The part of `systems.supervisor.Supervisor`; arguments and errors are the same.
 
-    The desired motion and the torques that it passes on depend on its memory, so that it may stand
+    The desired motion and the torques that it passes on depend on its memory. So it may stand
     before and behind a controller at once.
     """
 
@@ -85,11 +85,11 @@ class Supervisor:
         self.memory = Memory(
             mode=float(Mode.INIT),
             since=0.0,  # when the mode began [s]
-            seen=0.0,  # when there was the last valid reading [s]
-            desired=motion,  # D as it was handed on at the last tick
+            seen=0.0,  # time of the last valid reading [s]
+            desired=motion,  # D as passed on at the last tick
             held=motion,  # D as braking began
             sent=np.zeros(n),  # the torques of the last tick
-            reached=0.0,  # when the torques sent were last those asked [s]
+            reached=0.0,  # when the torques sent were last those requested [s]
             taken_over=np.zeros(n),  # from which ours fade in: the robot's own, or those held
             held_in=float(Mode.RUN),  # what a missing signal has interrupted
             faded=0.0,  # how much of a soft start had passed then [s]
@@ -116,7 +116,7 @@ class Supervisor:
         )
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Looks at the signals of a tick, and changes the mode if there is a reason."""
+        """Checks the signals of a tick, and changes the mode if there is a reason."""
         places = self.memory
         missing = self._guard.missing(now, memory[places.guard])
         if missing is None:
@@ -202,7 +202,7 @@ class Supervisor:
             memory[places.since] -= memory[places.faded]
             memory[places.taken_over] = memory[places.sent]
         if after is Mode.BRAKE:
-            # Where no wrench can be felt D comes to rest from C, so that nothing presses.
+            # Without a valid wrench D comes to rest from C, so that nothing presses.
             is_blind = reason.endswith(_BLIND)
             memory[places.held] = now["compliant_motion"] if is_blind else memory[places.desired]
 
@@ -212,7 +212,7 @@ class Supervisor:
         elapsed = now.time - memory[self.memory.since]
         if memory[self.memory.mode] < Mode.BRAKE:
             D, last = now["desired_motion"], memory[self.memory.desired]
-            # What jumps is not handed on, not even for the tick after which it is braked.
+            # A jump of D is not passed on, not even for the tick after which D is braked.
             is_under_way = memory[self.memory.mode] > Mode.INIT
             motion[:] = last if is_under_way and self._jumps(D, last) else D
         else:
@@ -231,7 +231,7 @@ class Supervisor:
         self._guard.write_wrench(now, now.memory[self.memory.guard], wrench)
 
     def _write_torque(self, now: Now, torque: Array, memory: Array | None = None) -> None:
-        """Writes what is sent: the torques that are asked, as far as mode and limits allow."""
+        """Writes what is sent: the requested torques, as far as mode and limits allow."""
         memory = now.memory if memory is None else memory
         mode, sent = Mode(int(memory[self.memory.mode])), memory[self.memory.sent]
         wanted = now["torque"]
@@ -249,7 +249,7 @@ class Supervisor:
         torque[:] = wanted
 
     def _unfaded(self, memory: Array, time: float) -> float:
-        """Returns the share that is left of what was taken over, 1 as a soft start goes on."""
+        """Returns the share that is left of the torques taken over, 1 when a soft start resumes."""
         elapsed, duration = time - memory[self.memory.since], self._config.soft_start
         left, at_first = (
             1.0 - smooth_step(passed, duration)[0]

@@ -24,11 +24,11 @@ class SupervisorLimits:
     turning_speed: float = _limit(3.0)  # of E [rad/s]
     tracking: float = _limit(0.02)  # from C to E [m]
     tracking_turn: float = _limit(0.1)  # from C to E [rad]
-    torque: float = _limit(1.0)  # asked, as a fraction of a joint's limit
+    torque: float = _limit(1.0)  # requested, as a fraction of a joint's limit
     torque_rate: float = _limit(np.inf)  # sent; braked if too slow for longer than `hold` [Nm/s]
     desired_step: float = _limit(0.01)  # of D between two ticks [m, rad]
     desired_speed_step: float = _limit(0.02)  # of D between two ticks [m/s, rad/s]
-    stuck: float = _limit(1e-3)  # way of D in which reading and wrench must change [m, rad]
+    stuck: float = _limit(1e-3)  # path of D over which reading and wrench must change [m, rad]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

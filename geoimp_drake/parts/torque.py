@@ -23,7 +23,7 @@ class Saturation:
 
     Args:
         model: the arm's control model.
-        consequence: what is done about a saturation, for the warning.
+        consequence: of a saturation, for the warning.
 
     Attributes:
         limits: of the torques, in the order of the actuators (n,) [Nm, N].
@@ -39,7 +39,7 @@ class Saturation:
         """Updates the fractions; returns which actuators have just passed their limits.
 
         Args:
-            memory: (n,), moved on.
+            memory: (n,), updated.
             torque: requested, in the order of the actuators (n,) [Nm, N].
         """
         return self.which(self._law(torque, self.limits, memory))

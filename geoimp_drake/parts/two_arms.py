@@ -1,4 +1,4 @@
-"""The whole controller of two arms that hold one object as one part."""
+"""The whole controller of two arms that hold one object, as one part."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -63,7 +63,7 @@ class TwoArms:
             object=held_object.memory,
             arm_1=loops[0].memory,
             arm_2=loops[1].memory,
-            # Of the hands, held with the readings that they follow from.
+            # Motions of the hands, held with the readings that they follow from.
             measured_1=AT_REST,
             measured_2=AT_REST,
             sensors=Memory() if sensors is None else sensors.memory,
@@ -108,7 +108,7 @@ class TwoArms:
         ]
 
     def new_workspace(self) -> list[Any]:
-        """Returns those of both loops, of sensors and object, and what the rate is found with."""
+        """Returns the workspaces of both loops, of sensors and object, and arrays for the rate."""
         parts = (*self._loops, self._sensors, self._object)
         places = [None if part is None else part.new_workspace() for part in parts]
         return [*places, self.new_found()]
@@ -122,11 +122,11 @@ class TwoArms:
             self._sensors.start(memory[self.memory.sensors], now)
 
     def check_start(self, now: Now) -> None:
-        """Evaluates the object's law, so that initialization already refuses what it cannot use."""
+        """Evaluates the object's law, so that initialization already refuses unusable signals."""
         _ = now.found
 
     def new_found(self) -> FoundObject:
-        """Returns what the object's law writes to."""
+        """Returns the arrays that the object's law writes to."""
         return self._object.new_found({k: self._loops[k - 1].new_signals() for k in _ARMS})
 
     def find(self, now: Now, found: FoundObject) -> None:

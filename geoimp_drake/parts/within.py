@@ -1,4 +1,4 @@
-"""What a part within another one sees."""
+"""What an inner part sees within an outer one."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -10,10 +10,10 @@ __all__ = ["Within"]
 
 
 class Within(dict[str, Any]):
-    """A `Now` for a part within another one, with names and places of its own.
+    """A `Now` for a part within an outer one, with names and places of its own.
 
     Args:
-        now: what the outer part is given.
+        now: what the outer part sees.
         names: of the outer part's inputs, by those of the inner one; others are the same.
         given: values that replace inputs.
         memory: of the inner part.

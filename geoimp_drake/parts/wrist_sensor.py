@@ -41,10 +41,10 @@ class Sensor:
 
     Attributes:
         suffix: of its ports.
-        seed: of its noise; sensors of other joints have others.
+        seed: of its noise; sensors of other joints have other seeds.
         follows: whether the tool's inertial load is that of a reference motion.
-        memory: the last reading, the largest so far as fractions of the range, the wrench, the
-            motion that the plant's last step followed, and readings that are under way.
+        memory: the last reading, the largest so far as fractions of the range, and the wrench. Then
+            the motion that the plant's last step followed, and delayed readings.
     """
 
     def __init__(self, sensor: WristSensor, suffix: str):
@@ -67,7 +67,7 @@ class Sensor:
         self._gain = filter_gain(config.filter_cutoff, config.period)
         self._load = (
             mounting.X_TS.GetAsMatrix34(),
-            # A copy: part of a matrix is slower to hand to a compiled law.
+            # A copy: part of a matrix is slower to pass to a compiled law.
             np.array(mounting.X_TE.translation()),
             float(tool.mass),
             np.asarray(tool.centre_of_mass, dtype=float),
@@ -99,9 +99,9 @@ class Sensor:
         """Takes a sample.
 
         Args:
-            memory: of this sensor, moved on.
+            memory: of this sensor, updated.
             now: the inputs.
-            count: of samples before, at least one.
+            count: of the samples before this one, at least one.
             generator: of the noise.
             forces: the plant's reaction forces.
             plant_state: [q; v] of the plant, if there is a path to a tool.
@@ -190,7 +190,7 @@ class Sensor:
 def _delayed(line: Array, raw: Array, count: int) -> Array:
     """Returns the reading that comes out of a line (k, 6), as a new one goes in.
 
-    The first one has been there all the time: an arm begins at rest.
+    The first reading fills the line: an arm begins at rest.
     """
     if count == 1:
         line[:] = raw

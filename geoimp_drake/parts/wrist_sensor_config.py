@@ -23,7 +23,7 @@ from geoimp_drake.validation import (
 
 __all__ = ["SensorMounting", "ToolLoad", "WristSensor", "WristSensorConfig"]
 
-_MOST_LATE = 1000  # samples that are under way
+_MOST_LATE = 1000  # delayed samples
 
 
 @dataclass
@@ -39,10 +39,10 @@ class WristSensorConfig:
     force_noise: float = 0.0  # standard deviation of a sample [N]
     moment_noise: float = 0.0  # [Nm]
     bias: Array = field(default_factory=lambda: np.zeros(6))  # [moment; force] in S
-    filter_cutoff: float = 0.0  # of the first-order low-pass, zero for none [Hz]
-    delay: float = 0.0  # by which a reading is old when it comes, whole periods [s]
-    # Of the tool, removed by the motion of: plant, reference; or none. What is left of it can make
-    # the loop unstable, see `sensed_inertia`.
+    filter_cutoff: float = 0.0  # of a first-order low-pass, zero for none [Hz]
+    delay: float = 0.0  # age of a reading when it arrives, whole periods [s]
+    # The tool's inertial load is removed by the motion of: plant, reference; or none. What is left
+    # of it can make the loop unstable, see `sensed_inertia`.
     inertial_load: str = "plant"
     seed: int = 0  # of the noise, with the sensor's name
 

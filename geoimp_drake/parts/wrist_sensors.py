@@ -41,7 +41,7 @@ class WristSensors:
 
     Attributes:
         period: of all sensors [s].
-        plant_inputs: those of the inputs that the plant gives.
+        plant_inputs: the inputs that the plant gives.
         wrenches: where in the memory each sensor's wrench h is.
 
     Raises:
@@ -66,7 +66,7 @@ class WristSensors:
         self.plant_inputs = _plant_inputs(sensors, all_of_them)
         references = [f"reference_motion{suffix}" for suffix in suffixes]
         self.inputs = {**self.plant_inputs, **dict.fromkeys(references, FRAME_MOTION_SIZE)}
-        # When it began, how many samples there have been, and what belongs to each sensor.
+        # When it began, the number of samples so far, and the memory of each sensor.
         self.memory = Memory(
             began=0.0,
             count=0.0,
@@ -91,7 +91,7 @@ class WristSensors:
         return [CountedNoise(sensor.seed) for sensor in self._sensors]
 
     def start(self, memory: Array, now: Now) -> None:
-        """Remembers when it begins: the plant has not stepped then."""
+        """Remembers when it begins: the plant has not stepped yet."""
         memory[self.memory.began] = now.time
 
     def sample(self, memory: Array, now: Now) -> None:
@@ -107,10 +107,10 @@ class WristSensors:
         self._take(memory, now, now.workspace, [self._motion(k, memory[p], now) for k, p in places])
 
     def take(self, memory: Array, now: Now, place: int, followed: Sequence[Array]) -> None:
-        """Takes a sample of each sensor of a part within another one.
+        """Takes a sample of each sensor, as a part within another one.
 
         Args:
-            memory: of this part, moved on.
+            memory: of this part, updated.
             now: of the outer part.
             place: of this part's workspace in the outer one's.
             followed: the motions (19) that the plant's last step followed, one per sensor.
@@ -167,7 +167,7 @@ class WristSensors:
     def _write_true(self, k: int, now: Now, h: Array) -> None:
         memory = now.memory
         place = memory[self._places[k]]
-        # Whether it has been read or not, at the plant's own steps.
+        # At the plant's own steps, whether the sensor has been read or not.
         if now.time > memory[self.memory.began]:
             self._sensors[k].write_true_wrench(now, self._motion(k, place, now), h)
         else:

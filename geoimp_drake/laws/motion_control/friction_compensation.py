@@ -16,8 +16,7 @@ __all__ = ["followed_velocity", "friction_torque"]
 
 @compilable
 def followed_velocity(J_pinv: Array, v: Array, V_WE: Array, reference: Array) -> Array:
-    """Returns q̇ + J†(V_c − V_e) (n,): the hand moves as C, and the null-space motion is that of
-    q̇.
+    """Returns q̇ + J†(V_c − V_e) (n,): the hand moves as C, with the null-space motion of q̇.
 
     Args:
         J_pinv: J† (n, 6).

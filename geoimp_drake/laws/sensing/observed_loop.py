@@ -10,7 +10,7 @@ tick behind the other, r follows the changes of F, and F contains (1 − Λ M⁻
 inertia at E, is from (2.3) and (2.4), M from the impedance. Of this loop alone the eigenvalue μ of
 Λ M⁻¹ is stable up to
 
-    μ < 3/2 + 1/(K Δt) if the robot is late, μ < 2 + 1/(K Δt) if the observer's torque is.
+    μ < 3/2 + 1/(K Δt) if the robot is late,   μ < 2 + 1/(K Δt) if the observer's torque is.
 
 Floats only, at build time.
 """

@@ -17,8 +17,7 @@ __all__ = ["SensedInertia"]
 
 @dataclass(frozen=True)
 class SensedInertia:
-    """The inertia that a sensor carries and the arm that moves it, in one posture, all at E in W.
-    """
+    """The inertia that a sensor carries and the arm behind it, in one posture, all at E in W."""
 
     mobility: Array  # Λ⁻¹ = J B⁻¹ Jᵀ (6×6)
     tool: Array  # M_t, spatial inertia beyond the sensor (6×6)

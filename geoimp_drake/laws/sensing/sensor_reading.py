@@ -53,8 +53,7 @@ def sensor_reading(
 
 @compilable
 def peak_reading(raw: Array, before: Array, limits: Array, peak: Array) -> bool:
-    """Writes the largest |raw|/range so far (6,); returns whether an axis has just left its range.
-    """
+    """Writes the largest |raw|/range so far (6,); returns whether an axis just left its range."""
     passed = False
     for k in range(6):
         largest = max(before[k], abs(raw[k]) / limits[k])
