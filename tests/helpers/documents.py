@@ -10,15 +10,18 @@ A page is executed from top to bottom, in a folder of its own, as a reader would
 Nothing else is shown as code, so nothing is shown that no test has tried.
 """
 
+import ast
 import contextlib
 import io
 import re
 import shlex
+import tokenize
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from library_tree import PYPROJECT, ROOT
+from library_tree import PYPROJECT, ROOT, parsed
 from markdown_it import MarkdownIt
 
 from geoimp_drake import cli
@@ -29,6 +32,10 @@ README = ROOT / "README.md"
 COMMAND_LINE = ROOT / "docs" / "howto" / "command_line.md"
 DOCS = sorted(ROOT.glob("docs/**/*.md"))
 PAGES = [*sorted(ROOT.glob("*.md")), *DOCS]
+
+# The sections of a docstring, and what an entry of one begins with.
+_SECTION = re.compile(r"^(?:Args|Attributes|Ports|Raises|Returns|Yields):$", re.MULTILINE)
+_ENTRY = re.compile(r"^(?=(?:input |output )?[\w.*]+: )", re.MULTILINE)
 
 _BLOCK = re.compile(r"^```(\S+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
@@ -87,6 +94,23 @@ def long_sentences(text: str, most: int = 25) -> list[str]:
     sentences = (sentence for part in prose(text) for sentence in re.split(end, part))
     counted = ((len(re.findall(r"\S*\w\S*", sentence)), sentence) for sentence in sentences)
     return [f"{count} words: {sentence}" for count, sentence in counted if count > most]
+
+
+def explanations(path: Path) -> Iterator[str]:
+    """The docstrings of a Python file and its comments on lines of their own, as Markdown.
+
+    An entry of a section, such as an argument, is a paragraph.
+    """
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            text, *sections = _SECTION.split(ast.get_docstring(node) or "")
+            outward = (re.sub("^ {4}", "", section, flags=re.MULTILINE) for section in sections)
+            yield "\n".join((text, *(_ENTRY.sub("\n", section) for section in outward)))
+    with tokenize.open(path) as file:
+        tokens = [t for t in tokenize.generate_tokens(file.readline) if t.type == tokenize.COMMENT]
+    alone = [t for t in tokens if t.line.lstrip().startswith("#")]
+    for _, block in groupby(enumerate(alone), lambda row: row[1].start[0] - row[0]):
+        yield "\n".join(token.string.lstrip("# ") for _, token in block)
 
 
 def commands(page: Path, program: str) -> list[list[str]]:

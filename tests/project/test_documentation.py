@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from documents import (
     commands,
     execute,
     execute_page,
+    explanations,
     long_sentences,
 )
 from library_tree import MODULES, ROOT
@@ -34,6 +36,29 @@ BY_ITSELF = (CLAIMS, COMMAND_LINE)
 WITH_TABLE = re.findall(
     r"^```sh\n(geoimp run .*)\n```\n\n((?:^\|.*\n)+)", CLAIMS.read_text("utf-8"), re.MULTILINE
 )
+# The library's sources by the folder that they lie in.
+SOURCES: defaultdict[str, list[Path]] = defaultdict(list)
+for source in MODULES.values():
+    SOURCES["/".join(source.relative_to(ROOT).parts[:-1][:2])].append(source)
+# Folders whose long sentences are still to be split.
+LONG = {
+    "diagrams/experiments",
+    "diagrams/scene",
+    "diagrams/setups",
+    "geoimp_drake/analysis",
+    "geoimp_drake/arm",
+    "geoimp_drake/campaigns",
+    "geoimp_drake/cli",
+    "geoimp_drake/motion_program",
+    "geoimp_drake/robot_files",
+    "geoimp_drake/robots",
+    "geoimp_drake/scenario",
+    "geoimp_drake/simulation",
+    "geoimp_drake/systems",
+    "geoimp_drake/task_functions",
+    "geoimp_drake/validation",
+    "models",
+}
 # Folders of a log's keys; their names stand as code with a slash, as paths do.
 LOG_FOLDERS = {"six", "seven", "object", "surface", "world", "hole", "program", "grasp"}
 
@@ -134,6 +159,53 @@ def links(page: Path) -> set[str]:
 )
 def test_a_sentence_has_25_words_at_most(page):
     assert long_sentences(page.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("folder", sorted(set(SOURCES) - LONG))
+def test_a_sentence_of_docstrings_and_comments_has_25_words_at_most(folder):
+    texts = ((path.name, text) for path in SOURCES[folder] for text in explanations(path))
+    assert [f"{name}: {long}" for name, text in texts for long in long_sentences(text)] == []
+
+
+def test_a_long_sentence_of_a_source_is_found(tmp_path):
+    """In docstrings and comments; not in code, formulas, ports and trailing comments."""
+    source = tmp_path / "law.py"
+    source.write_text(
+        '''"""One two three four five.
+
+    x = one + two + three + four + five
+
+Floats only.
+"""
+
+# One two three
+# four six.
+ONE = "one two three four five"  # one two three four five
+
+
+def law(a, b):
+    """Short.
+
+    Args:
+        a: two three four
+            five seven.
+        b: two three.
+
+    Returns:
+        One two three four eight.
+
+        input one: two three
+        output two: three four
+
+    ```
+    one two three four five
+    ```
+    """
+''',
+        encoding="utf-8",
+    )
+    long = [long for text in explanations(source) for long in long_sentences(text, most=4)]
+    assert [sentence.split()[-1] for sentence in long] == ["five.", "seven.", "eight.", "six."]
 
 
 def test_a_long_sentence_is_found():
