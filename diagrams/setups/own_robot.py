@@ -14,7 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from geoimp_drake.arm.control_model import ControlModel
 from geoimp_drake.diagrams.setups.posture import StartConfig
 from geoimp_drake.diagrams.setups.setup import Setup
-from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
+from geoimp_drake.diagrams.setups.single_arm_scenario import OWN_ARM, SingleArmScenario
 from geoimp_drake.errors import ConfigurationError, GeoimpError, ModelError
 from geoimp_drake.robot_files.config import RobotConfig
 from geoimp_drake.robot_files.loading import LoadedRobot
@@ -84,7 +84,7 @@ def propose_scenario(
     config = RobotConfig(str(file), end_effector or survey.arms[0].end_effector)
     config.packages = {name: str(found) for name, found in (packages or {}).items()}
     config.geometry = geometry or config.geometry
-    scenario = SingleArmScenario(experiment="custom", arm="arm", robot=config)
+    scenario = SingleArmScenario(experiment="custom", arm=OWN_ARM, robot=config)
     problems: list[str] = []
     with silent():
         plant, scene_graph, robot = _load_anyhow(config, WITH_SHAPES, problems)
@@ -130,7 +130,7 @@ def _load(config: RobotConfig, geometry: str) -> tuple[MultibodyPlant, SceneGrap
 
 def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
     """Puts what is proposed into a scenario."""
-    scenario.start = StartConfig(position=None, posture=proposal.posture.tolist())
+    scenario.start = StartConfig(posture=proposal.posture.tolist())
     scenario.impedance = proposal.impedance
     there = proposal.displacement
     if there.any():

@@ -28,7 +28,7 @@ class StartConfig:
     """
 
     # Of E in W [m]; if null, a posture away from limits and singularities is looked for.
-    position: Array | None = field(default_factory=lambda: np.array([0.9, 0.0, 0.7]))
+    position: Array | None = None
     attitude_deg: Array = field(default_factory=lambda: np.array([180.0, 0.0, 0.0]))
     tilt_axis: Array = field(default_factory=lambda: np.array([1.0, 1.0, 0.0]))  # in W
     tilt_deg: float = 0.0
@@ -43,6 +43,20 @@ class StartConfig:
         axis = finite_vector(self.tilt_axis, key(name, "tilt_axis"), 3)
         if np.linalg.norm(axis) < 1e-6:
             raise ConfigurationError(f"{key(name, 'tilt_axis')} is zero; give a direction.")
+        if self.position is None and self.posture is None:
+            self._check_anywhere(name)
+
+    def _check_anywhere(self, name: str) -> None:
+        """Raises ConfigurationError if something is given that means nothing without a place."""
+        usual = StartConfig()
+        for part in ("attitude_deg", "tilt_deg", "guess"):
+            value = getattr(self, part)
+            if not np.array_equal(value, getattr(usual, part)):
+                raise ConfigurationError(
+                    f"{key(name, part)} is {np.asarray(value).tolist()} and "
+                    f"{key(name, 'position')} is null, which looks for a posture anywhere. Give "
+                    f"{key(name, 'position')}, the place of E in W, or leave {part} out."
+                )
 
     def pose(self) -> RigidTransform:
         """Returns X_WE."""

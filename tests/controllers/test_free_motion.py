@@ -18,6 +18,7 @@ POSTURE_DEG = np.array([7.02, 68.29, -27.17, 0.0, -41.12, 7.02])  # Denavit-Hart
 def free_wrench(inertial_load: str) -> tuple[np.ndarray, np.ndarray]:
     """Returns the measured wrench of every logged sample, and the way of the hand."""
     scenario = SingleArmScenario(surface=None, segments=[MOTION])
+    scenario.start.position = np.array([0.9, 0.0, 0.7])
     scenario.start.guess = dh_to_joint(np.deg2rad(POSTURE_DEG))
     scenario.start.tilt_deg = 10.0
     scenario.sensor.inertial_load = inertial_load

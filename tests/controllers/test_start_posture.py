@@ -46,7 +46,8 @@ def test_posture_puts_the_hand_where_it_is_asked_for() -> None:
 
 
 def test_tilt_turns_the_hand_about_an_axis_of_W() -> None:
-    plain, tilted = StartConfig(), StartConfig(tilt_axis=np.array([0.0, 3.0, 0.0]), tilt_deg=30.0)
+    plain = StartConfig(np.zeros(3))
+    tilted = StartConfig(np.zeros(3), tilt_axis=np.array([0.0, 3.0, 0.0]), tilt_deg=30.0)
     turn = tilted.pose().rotation().matrix() @ plain.pose().rotation().matrix().T
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     np.testing.assert_allclose(turn, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-12)
@@ -81,7 +82,7 @@ def test_without_a_guess_a_posture_is_found_by_itself() -> None:
     attitude = xyz_angles_deg(X_WE.rotation().matrix())
     _, X = start_posture(model, StartConfig(position=X_WE.translation(), attitude_deg=attitude))
     np.testing.assert_allclose(X.translation(), X_WE.translation(), atol=1e-4)
-    anywhere, _ = start_posture(model, StartConfig(position=None))
+    anywhere, _ = start_posture(model, StartConfig())
     lower, upper = model.plant.GetPositionLowerLimits(), model.plant.GetPositionUpperLimits()
     assert ((anywhere > lower + 0.05) & (anywhere < upper - 0.05)).all()
 
@@ -124,6 +125,9 @@ def test_with_limits_an_arm_starts_in_a_singular_posture() -> None:
         ({"attitude_deg": np.array([np.inf, 0.0, 0.0])}, ["start.attitude_deg", "inf"]),
         ({"tilt_axis": np.zeros(3)}, ["start.tilt_axis is zero"]),
         ({"tilt_deg": np.nan}, ["start.tilt_deg is nan"]),
+        ({"tilt_deg": 5.0}, ["start.tilt_deg is 5.0", "start.position is null", "leave tilt_deg"]),
+        ({"attitude_deg": np.zeros(3)}, ["start.attitude_deg is [0.0, 0.0, 0.0]", "null"]),
+        ({"guess": np.ones(6)}, ["start.guess is [1.0, ", "null", "Give start.position"]),
     ],
 )
 def test_a_field_that_cannot_be_used_is_refused_by_name(fields: dict, texts: list[str]) -> None:

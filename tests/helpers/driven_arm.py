@@ -116,7 +116,6 @@ def position_scenario(*settings: str) -> Any:
         "arm": "mine",
         "scheme": "admittance",
         "robot": {"file": str(LIGHT), "end_effector": "l7"},
-        "start": {"position": None},
         "segments": [{"duration": 0.4, "displacement": [0.0, 0.0, -0.02]}, {"duration": 4.1}],
         "external": {"force": [0.0, 0.0, PUSH], "start": 1.0, "duration": 1.0},
         "impedance": {

@@ -41,13 +41,11 @@ COMMANDS = {
 }
 FRANKA = """
 experiment: custom
-arm: mine
 robot:
   file: arm.urdf
   end_effector: flange
   geometry: leave-out
   driver: { kind: franka, address: 172.16.0.2 }
-start: { position: null }
 segments: [{ duration: 1.0 }]
 """
 

@@ -67,6 +67,8 @@ def test_python_of_the_readme_makes_a_controller_that_moves_E_as_desired():
 def test_every_line_of_a_shell_block_is_tested():
     (yaml,) = (block for block in blocks(README) if block.language == "yaml")
     assert yaml.text.startswith("# franka.yaml\n")
+    assert len(yaml.text.splitlines()) <= 6
+    assert max(map(len, yaml.text.splitlines())) <= 120
     assert {block.language for block in blocks(README)} == {"python", "sh", "yaml"}
     assert commands(README, "geoimp") == [["drive", "franka.yaml", "--dry-run"]]
     lines = [line for b in blocks(README) if b.language == "sh" for line in b.text.splitlines()]

@@ -15,7 +15,6 @@ PRESSED = """
 experiment: custom
 arm: mine
 robot: {{ file: {file}, end_effector: tool0, offset_position: [0.1, 0, 0] }}
-start: {{ position: null }}
 duration: 1.5
 impedance:
   translation: {{ mass: 4.0, damping: 180.0, stiffness: 700.0 }}

@@ -26,7 +26,6 @@ SCENARIO = f"""
 experiment: custom
 arm: mine
 robot: {{file: {LIGHT}, end_effector: l7}}
-start: {{position: null}}
 segments:
   - {{duration: 0.4, displacement: [0.0, 0.0, -0.02], rotation: [0.0, 0.1, 0.0]}}
   - {{duration: 0.1}}

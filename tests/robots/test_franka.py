@@ -5,6 +5,7 @@ The simulated robot of franky-sim runs in another process; all traffic is on loo
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,10 +18,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from documents import blocks
+from documents import README, blocks
 from library_tree import ROOT
 from pydrake.multibody.plant import MultibodyPlant
 
+from geoimp_drake.cli import main
 from geoimp_drake.controllers.config import ImpedanceControllerConfig
 from geoimp_drake.controllers.control_loop import ControlLoop
 from geoimp_drake.laws.frame_motion import POSITION
@@ -138,6 +140,23 @@ def test_the_program_of_the_page_lifts_its_hand(server):
     assert errors(log, "E", "D").max() < 1e-3
     way = np.ptp(log.values["motion_E"][:, POSITION], axis=0)
     np.testing.assert_allclose(way, [0.0, 0.0, 0.05], rtol=0, atol=1e-3)
+
+
+def test_the_scenario_of_the_readme_lifts_its_hand(server, tmp_path, monkeypatch, capsys):
+    """C gives way to the dry friction, which the observer takes for a push, by 8 of 50 mm."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(files("franky_sim") / "assets" / "fr3.urdf", "fr3.urdf")
+    (text,) = (block.text for block in blocks(README) if block.language == "yaml")
+    Path("franka.yaml").write_text(text, "utf-8")
+    here = [f"robot.driver.{it}" for it in (f"address={server.address}", "supervisor.hold=0.4")]
+    drive = ["drive", "franka.yaml", *(word for one in here for word in ("--set", one))]
+    assert main([*drive, "--dry-run"]) == 0
+    assert "gravity is held by the robot" in capsys.readouterr().out
+    assert main([*drive, "--no-figures"]) == 0
+    with np.load("results/franka/log.npz") as log:
+        E, C = (log[f"arm/motion_{frame}"][:, POSITION] for frame in "EC")
+    assert 0.035 < E[-1, 2] - E[0, 2] < 0.051
+    assert np.linalg.norm(E - C, axis=1).max() < 1e-3
 
 
 def test_20_s_at_1_khz_in_free_motion_and_then_pressed_on_a_box(server):

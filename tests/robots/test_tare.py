@@ -21,9 +21,7 @@ MASS, CENTRE = 0.5, np.array([0.01, -0.02, 0.06])
 def scenario(payload: bool = True) -> SingleArmScenario:
     carried = PayloadConfig(MASS, CENTRE) if payload else None
     robot = RobotConfig(str(LIGHT), "l7", geometry="leave-out", payload=carried)
-    own = SingleArmScenario(arm="mine", robot=robot, duration=1.0)
-    own.start.position = None
-    return own
+    return SingleArmScenario(arm="mine", robot=robot, duration=1.0)
 
 
 def test_a_payload_is_found_and_nothing_where_there_is_none():
@@ -77,7 +75,6 @@ arm: mine
 robot: {{file: {LIGHT}, end_effector: l7, geometry: leave-out,
   payload: {{mass: 0.5, centre_of_mass: [0.01, -0.02, 0.06]}}}}
 duration: 1.0
-start: {{position: null}}
 """
     path = tmp_path / "mine.yaml"
     path.write_text(text, "utf-8")

@@ -11,7 +11,8 @@ from geoimp_drake.scenario.yaml_text import parse_yaml
     ("name", "nulls"),
     [
         ("limits", ("limits=null", "external=null")),
-        ("plexiglas", ("surface=null", "start.guess=null", "start.position=null")),
+        ("plexiglas", ("surface=null", "start.guess=null")),
+        ("disturbance", ("start.guess=null", "start.position=null")),
         ("redundancy", ("redundancy.task=null",)),
         ("bar", ("limits=null",)),
     ],
