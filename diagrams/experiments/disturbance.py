@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from geoimp_drake.campaigns.table import Table
+from geoimp_drake.campaigns.table import Table, cell_of
 from geoimp_drake.diagrams.experiments.measures import (
     Log,
     orientation_angle,
@@ -180,9 +180,9 @@ def _row_words(scenario: SingleArmScenario) -> tuple[str, str]:
 
 
 def _cell(values: Mapping[str, float], name: str, _: str, scale: float) -> str:
-    if name not in values:
-        return "–"
-    return "> 100" if name == "force" and values[name] > 1.0 else f"{scale * values[name]:.2g}"
+    if name == "force" and values.get(name, 0.0) > 1.0:
+        return "> 100"
+    return cell_of(scale * values[name] if name in values else None)
 
 
 def _plot_schemes(

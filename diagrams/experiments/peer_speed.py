@@ -22,7 +22,7 @@ from geoimp_drake.campaigns.journal import Finished
 from geoimp_drake.campaigns.many_runs import run_many
 from geoimp_drake.campaigns.reproduction import SectionResult
 from geoimp_drake.campaigns.study_run import identity_of
-from geoimp_drake.campaigns.table import Table
+from geoimp_drake.campaigns.table import Table, cell_of
 from geoimp_drake.diagrams.experiments.bench_cases import BENCH_CASES
 from geoimp_drake.diagrams.experiments.catalogue import get_experiment
 from geoimp_drake.diagrams.setups.bench_tick import run_tick_bench
@@ -192,7 +192,7 @@ def _claims(ticks: Mapping[str, Any]) -> list[Claim]:
 def _tick_table(ticks: Mapping[str, Any]) -> Table:
     micro = ticks.get("microseconds_per_tick", {})
     rows = tuple(
-        (name, *(_number(one.get(key)) for one in micro.values()), done)
+        (name, *(cell_of(one.get(key)) for one in micro.values()), done)
         for key, (name, done) in _TICKS.items()
         if any(key in one for one in micro.values())
     )
@@ -204,11 +204,11 @@ def _loop_table(loops: Mapping[str, Any]) -> Table:
     rows = []
     for name, one in loops.items():
         micro = one["microseconds_per_step"][name]
-        cells = [_number(micro[key]) for key in ("bare", "drake", "loop", "blocks")]
-        ratios = [_number(one[key][name]) for key in ("ratios", "ratios_blocks")]
+        cells = [cell_of(micro[key]) for key in ("bare", "drake", "loop", "blocks")]
+        ratios = [cell_of(one[key][name]) for key in ("ratios", "ratios_blocks")]
         experiment = BENCH_CASES[name][0]
         factors = [
-            _number(one[key].get(experiment))
+            cell_of(one[key].get(experiment))
             for key in ("real_time_factor", "real_time_factor_blocks")
         ]
         rows.append((name, *cells, *ratios, *factors))
@@ -233,10 +233,6 @@ def _loop_table(loops: Mapping[str, Any]) -> Table:
 
 def _machine_table(told: Mapping[str, str]) -> Table:
     return Table("Machine and versions", ("", ""), tuple(told.items()))
-
-
-def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.3g}"
 
 
 def _figure(ticks: Mapping[str, Any]) -> Figure:

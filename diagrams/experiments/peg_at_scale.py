@@ -206,11 +206,27 @@ class PegAtScaleSection:
             _NAME,
             ("hands.csv", "samples.csv", "plan.yaml", "scenario.yaml", "journal.jsonl"),
             result.failures,
-            (table_of("How the hands did", [asdict(hand) for hand in result.hands], _COLUMNS),),
+            (table_of("How the hands did", [_cells(hand) for hand in result.hands], _HEAD),),
         )
 
 
-_COLUMNS = tuple(Hand.__annotations__)
+def _cells(hand: Hand) -> dict[str, Any]:
+    return dict(zip(_HEAD, asdict(hand).values(), strict=True))
+
+
+_HEAD = (
+    "hand",
+    "samples",
+    "share of successes",
+    "95 % interval from",
+    "to",
+    "peg is in",
+    "jammed",
+    "stayed on the mouth",
+    "cell stopped",
+    "largest force, median [N]",
+    "95 % of it below [N]",
+)
 _TEXT = (
     "Every hand gets the same draws of what the program is wrong about, of hole, friction and "
     "speed. Above the share of successes (the peg is in, with at most 50 N and 5 Nm) over how far "

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from geoimp_drake.campaigns.table import Table
+from geoimp_drake.campaigns.table import Table, cell_of
 from geoimp_drake.simulation.style import figure_style
 
 __all__ = ["Row", "figure", "report_table", "rows_of", "table"]
@@ -83,7 +83,9 @@ def report_table(plan: Mapping[str, Any], rows: Sequence[Row]) -> Table:
         own = [row for row in rows if row.metric == name]
         theirs = "; ".join(f"{row.value:.4g}, {row.of}, {row.source}" for row in own if row.source)
         ours = "; ".join(
-            f"{row.value:.2g}, {row.of.removeprefix(f'{_OURS}, ')}" for row in own if not row.source
+            f"{cell_of(row.value)}, {row.of.removeprefix(f'{_OURS}, ')}"
+            for row in own
+            if not row.source
         )
         title = f"{metric['name']} [{metric['unit']}]"
         cells.append((title, theirs or "none found", ours or "–", metric["differs"]))

@@ -1,5 +1,6 @@
 """The page about a reproduction: opens from its folder, without a network."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -106,7 +107,7 @@ def _other_section(result: SectionResult) -> dict[str, Any]:
         "title": "all runs",
         "text": "" if result.figure else result.text,
         "figures": [
-            _figure(_number(name), f"{result.name}/{name}", text) for name, text in figures.items()
+            _figure(_words(name), f"{result.name}/{name}", text) for name, text in figures.items()
         ],
         "tables": _tables(result.tables),
         "links": [(file, f"{result.name}/{file}") for file in result.files],
@@ -123,7 +124,7 @@ def _run(experiment: str, result: VariantResult) -> dict[str, Any]:
         "title": result.variant.title,
         "failure": result.failure,
         "figures": [
-            _figure(_number(name), f"{folder}/{name}", text)
+            _figure(_words(name), f"{folder}/{name}", text)
             for name, text in figures.items()
             if f"{name}.png" in result.files
         ],
@@ -168,9 +169,9 @@ def _figure(title: str, stem: str, text: str) -> dict[str, str]:
     return {"title": title, "png": f"{stem}.png", "pdf": f"{stem}.pdf", "text": text}
 
 
-def _number(name: str) -> str:
-    """Returns `Figure 5.3` for figure_5_3."""
-    return name.replace("_", " ", 1).replace("_", ".").capitalize()
+def _words(name: str) -> str:
+    """Returns `Figure 5.3` for figure_5_3, and `Peg at scale` for peg_at_scale."""
+    return re.sub("(?<=[0-9])_(?=[0-9])", ".", name).replace("_", " ").capitalize()
 
 
 def _row(judged: Judged) -> dict[str, str]:

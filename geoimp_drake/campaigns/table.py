@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-__all__ = ["Cell", "Page", "Table", "table_of"]
+__all__ = ["Cell", "Page", "Table", "cell_of", "table_of"]
 
 # Text, or a link: its words and its address.
 Cell = str | tuple[str, str]
@@ -32,27 +32,34 @@ def table_of(
     columns: Sequence[str],
     text: str = "",
 ) -> Table:
-    """Returns some columns of rows as a table, with three digits a number and a dash for none.
+    """Returns some columns of rows as a table of cells as of `cell_of`.
+
+    Args:
+        title: above the table.
+        rows: values by column.
+        columns: the columns to show.
+        text: what was done.
+    """
+    cells = tuple(tuple(cell_of(row[name]) for name in columns) for row in rows)
+    return Table(title, tuple(columns), cells, text)
+
+
+def cell_of(value: str | float | None) -> str:
+    """Returns text as it is, a number in three digits without an exponent, a dash for none.
 
     A number below a thousandth but not zero is shown as just that, so that nobody compares
     roundings.
 
     Args:
-        title: above the table.
-        rows: cells by column.
-        columns: the columns to show.
-        text: what was done.
+        value: text, a number, or None for none.
     """
-    cells = tuple(tuple(_words(row[name]) for name in columns) for row in rows)
-    return Table(title, tuple(columns), cells, text)
-
-
-def _words(value: str | float | None) -> str:
     if value is None:
         return "–"
     if not isinstance(value, float):
         return str(value)
-    return "< 0.001" if 0.0 < abs(value) < 1e-3 else f"{value:.3g}"
+    if 0.0 < abs(value) < 1e-3:
+        return "< 0.001"
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 @dataclass(frozen=True)

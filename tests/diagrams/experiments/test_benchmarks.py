@@ -21,8 +21,8 @@ class FakeSection:
 
     files = ("told.txt",)
 
-    def __init__(self, name: str):
-        self.name, self.runs = name, 0
+    def __init__(self, name: str, figure: str = ""):
+        self.name, self.figure, self.runs = name, figure, 0
 
     def run(self, out, jobs, overrides):
         self.runs += 1
@@ -31,7 +31,8 @@ class FakeSection:
         rows = (("<this> & that", ("a page", "https://example.org/x.html")),)
         table = Table("Numbers", ("what", "where"), rows, "Made up.")
         claims = (at_most("is small", 1.0, 2.0, "N"),)
-        return SectionResult(self.name, "fake", "No figure.", claims, "", self.files, {}, (table,))
+        told = "fake", "No figure.", claims, self.figure, self.files, {}, (table,)
+        return SectionResult(self.name, *told)
 
 
 def run(*arguments: str | Path) -> int:
@@ -57,6 +58,15 @@ def test_the_page_has_what_to_use_when_then_tables_then_claims(fakes, tmp_path, 
     assert page.count("Made up.") == page.count("No figure.") == 2
     assert "<img" not in page
     assert (tmp_path / "speed" / "told.txt").read_text() == "3 []"
+
+
+@pytest.mark.parametrize(
+    ("figure", "title"), [("figure_5_12", "Figure 5.12"), ("peg_at_scale", "Peg at scale")]
+)
+def test_a_figure_has_its_name_in_words(figure, title, monkeypatch, tmp_path):
+    monkeypatch.setattr(benchmarks, "parts", lambda **_: {"one": FakeSection("one", figure)})
+    assert run("--out", tmp_path) == 0
+    assert f">{title}<" in (tmp_path / "report.html").read_text("utf-8")
 
 
 def test_sections_are_chosen_by_name(fakes, tmp_path, capsys):

@@ -97,7 +97,7 @@ def test_the_table_has_what_is_measured_one_row_an_error_and_scheme():
     log, scenario = compared["direct-mass-10"]
     peak = np.linalg.norm(log[f"{scenario.arm}/wrench_true"][:, 3:], axis=1).max()
     shown = (values["motion"], values["rest"], values["angle"], peak, 100.0 * values["force"])
-    assert table.rows[0][2:] == tuple(f"{value:.2g}" for value in shown)
+    assert table.rows[0][2:] == tuple(f"{value:.3g}" for value in shown)
 
 
 def test_nothing_is_claimed_of_natural_inertia_where_the_plant_is_not_known():
