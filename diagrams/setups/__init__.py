@@ -1,1 +1,1 @@
-"""One file a kind of set-up, and what they share."""
+"""The set-ups, one file for each kind, and the parts that they share."""

@@ -1,4 +1,4 @@
-"""What the log has of one arm."""
+"""The log of one arm."""
 
 from collections.abc import Mapping
 
@@ -13,7 +13,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["record_arm", "slides", "true_motion"]
 
-# Which positions of a joint are lengths, by its type; of all others none is.
+# Which positions of a joint are lengths, by its type; other types have none.
 _LENGTHS = {"prismatic": (1.0,), "planar": (1.0, 1.0, 0.0), "rpy_floating": (0, 0, 0, 1, 1, 1)}
 
 
@@ -26,7 +26,7 @@ def record_arm(
         recorder: of the diagram under construction.
         plant: contains the model instance `arm`.
         arm: its name, in the plant and in the log.
-        ports: by the log's keys: u, motion_E, wrench and the like.
+        ports: by the log's keys, such as u, motion_E, wrench.
     """
     instance = plant.GetModelInstanceByName(arm)
     n = plant.num_positions(instance)
@@ -39,7 +39,7 @@ def record_arm(
 
 
 def slides(plant: MultibodyPlant, instance: ModelInstanceIndex) -> Array:
-    """Returns of each position of an arm whether it is a length, 1.0, or an angle, 0.0 (n)."""
+    """Returns, for each position of an arm, 1.0 if it is a length and 0.0 if it is an angle (n)."""
     slides = np.zeros(plant.num_positions())
     for joint in map(plant.get_joint, plant.GetJointIndices(instance)):
         start = joint.position_start()
@@ -55,8 +55,8 @@ def true_motion(
 
     Args:
         builder: of the diagram.
-        plant: in it.
-        frame: whose motion is read.
+        plant: the diagram's.
+        frame: the one whose motion is read.
         name: of the system.
         path: to the frame, see `FrameMotionSensor`.
     """

@@ -1,4 +1,4 @@
-"""How late commands are on LCM: from a status to the torques that answer it, at a robot's pace."""
+"""The latency of commands on LCM: from a status to the torques that answer it, at a given rate."""
 
 import json
 import logging
@@ -33,18 +33,18 @@ _PERIODS = (5e-3, 1e-3)
 _DURATION = 10.0
 _PERCENTILES = {"median": 50.0, "p99": 99.0, "p99.9": 99.9}
 
-# After so long without a status the other process is looked after [s].
+# After this time without a status it checks the other process [s].
 _PATIENCE = 0.5
 
 
 @dataclass(frozen=True)
 class Latency:
-    """What was measured at one rate.
+    """The latencies at one rate.
 
     Attributes:
         period: of the statuses [s].
-        micro: from a status to its command, of those that were in time [µs].
-        sent: how many statuses there were.
+        micro: from a status to its command, of the commands in time [µs].
+        sent: number of statuses.
         scheduler: of the loop.
         load: of the machine, mean over the last minute.
     """
@@ -68,7 +68,7 @@ class Latency:
 def run_real_time_bench(
     periods: Sequence[float] = _PERIODS, duration: float = _DURATION
 ) -> tuple[str, str]:
-    """Measures on this machine's loopback; returns a table, and JSON.
+    """Measures latencies on this machine's loopback; returns a table, and JSON.
 
     Args:
         periods: of the statuses [s].
@@ -98,7 +98,7 @@ def _measure(period: float, duration: float) -> Latency:
     loop, q = _controller(period)
     v, h, D = np.zeros(len(q)), np.zeros(6), frame_motion_at_rest(loop.pose(q))
     loop.reset(q, v, h, D)
-    loop.step(q, v, h, D)  # compiled before anybody waits
+    loop.step(q, v, h, D)  # compiles the laws before anybody waits
     url = f"udpm://239.255.76.67:{20000 + os.getpid() % 30000}?ttl=0"
     processes = multiprocessing.get_context("spawn")
     ours, theirs = processes.Pipe(duplex=False)
@@ -132,7 +132,7 @@ def _controller(period: float) -> tuple[ControlLoop, Array]:
 
 
 def _send(url: str, period: float, duration: float, q: Array, result: Connection) -> None:
-    """Sends statuses at a pace; sends back how many, and the latencies of the answers [µs]."""
+    """Sends statuses at a rate; returns their number and the latencies of the answers [µs]."""
     logging.getLogger("drake").setLevel(logging.ERROR)  # the other process has warned
     heard: list[int] = []
 

@@ -1,4 +1,4 @@
-"""What a tick costs on a robot: the controller called by hand, beside others."""
+"""The cost of a tick on a robot: the controller called by hand, beside others."""
 
 import json
 import logging
@@ -33,7 +33,7 @@ _ROUNDS, _CALLS = 15, 300
 _MODELS = {"six joints": "six_joint_arm", "seven joints": "seven_joint_arm"}
 _PUSH = np.array([0.01, -0.006, 0.008, 0.3, -0.4, 0.25])
 
-# What is timed beside the loop, and how a table calls it.
+# The ticks that are timed beside the loop, and their headings in a table.
 _COLUMNS = {
     "loop": "ControlLoop",
     "drake": "Drake ID",
@@ -52,10 +52,10 @@ class TickTiming:
 
     Attributes:
         name: of the case.
-        micro: of `loop` (the whole tick of ControlLoop), `drake` (its InverseDynamics alone),
-            `terms` (pinocchio's, alone), `numpy` (the whole tick with these, in NumPy), `osc`
-            (robosuite's controller alone) and `robosuite` (with MuJoCo's terms and a new goal), by
-            round; what cannot be timed is left out.
+        micro: times by round. `loop` is the whole tick of ControlLoop, `drake` its InverseDynamics
+            alone. `terms` is pinocchio's terms alone, `numpy` the whole tick with these, in NumPy.
+            `osc` is robosuite's controller alone, `robosuite` that with MuJoCo's terms and a new
+            goal. Ticks that cannot be timed are left out.
         difference: between the torques of `loop` and of `numpy` [Nm], None without it.
     """
 
@@ -64,7 +64,7 @@ class TickTiming:
     difference: float | None = None
 
     def ratio(self) -> float | None:
-        """How many times longer pinocchio with NumPy takes; None without it."""
+        """The time of pinocchio with NumPy divided by the loop's; None without it."""
         if "numpy" not in self.micro:
             return None
         pairs = zip(self.micro["numpy"], self.micro["loop"], strict=True)
@@ -93,9 +93,9 @@ def time_ticks(
     """Returns the median time of a call [µs] in each round, by name.
 
     Args:
-        ticks: what is called.
-        rounds: in each, all take their turns.
-        calls: of each in a round.
+        ticks: the functions to call.
+        rounds: number of rounds; in each, all take their turns.
+        calls: number of calls of each in a round.
     """
     micro: dict[str, list[float]] = {name: [] for name in ticks}
     with only_new_garbage():
@@ -135,7 +135,7 @@ def _of_one_arm(name: str, model: str) -> TickTiming:
     q = find_start_posture(ControlModel.of_arm(plant, arm, E))
     v = np.linspace(-0.1, 0.1, len(q))
     config = ImpedanceControllerConfig()
-    config.redundancy.task = TaskConfig()  # the chapter's damping alone, as pinocchio's tick has it
+    config.redundancy.task = TaskConfig()  # the chapter's damping alone, as in pinocchio's tick
     loop = ControlLoop(plant, arm, E, config)
     D = frame_motion_at_rest(loop.pose(q))
     ticks: dict[str, Callable[[], object]] = {
@@ -169,7 +169,7 @@ def _difference(
 
 
 def _drakes(model: ControlModel, q: Array, v: Array) -> Callable[[], object]:
-    """Returns what evaluates Drake's inverse dynamics for a new state."""
+    """Returns a function that evaluates Drake's inverse dynamics for a new state."""
     system = InverseDynamics(model.plant)
     context = system.CreateDefaultContext()
     acceleration = np.zeros(len(v))

@@ -32,17 +32,17 @@ __all__ = ["CompliantArm", "add_compliant_arm", "sensor_joint_of"]
 
 @dataclass
 class CompliantArm:
-    """What `add_compliant_arm` put into a diagram."""
+    """The parts that `add_compliant_arm` put into a diagram."""
 
     name: str  # of the arm, in plant and log
     end_effector: Frame
     desired_motion: OutputPort
     controller: System
     torques: OutputPort
-    loop: SampledLoop | None  # about the start, in free air; None if the scheme has no such loop
+    loop: SampledLoop | None  # about the start, in free space; None if the scheme has no such loop
 
     def record(self, setup: SetupBuilder[Any]) -> None:
-        """Logs what the log contract names, and in another world where E is for the controller."""
+        """Logs the keys of the log contract; in another world also E as the controller sees it."""
         ports = {
             "u": self.torques,
             "motion_E": setup.true_plant.motion(self.end_effector, "motion_of_E"),
@@ -71,17 +71,17 @@ def add_compliant_arm(
     """Adds impedance controller and wrist sensor of one arm, connected to the plant.
 
     Args:
-        setup: whose plant contains the arm and its sensor.
+        setup: its plant contains the arm and its sensor.
         arm: name of its model instance.
         E: the frame that is made compliant.
         sensor_joint: the weld that its wrist sensor reads.
         desired_motion: of D in W (19).
-        settings: the controller's, sensor and seed.
+        settings: those of controller and sensor, and the seed.
     """
     builder, plant = setup.builder, setup.plant
     instance = plant.GetModelInstanceByName(arm)
-    # The tool's inertial load, if it is to be removed by reference, is that of C's motion: D's
-    # would leave 1e-3 of misalignment in the experiments whose hand is turned by a torque.
+    # If the tool's inertial load is removed by reference, C's motion gives the load. D's motion
+    # would leave 1e-3 of misalignment in the experiments where a torque turns the hand.
     sensor = wrist_sensor_at(
         plant, sensor_joint, E, settings.seeded_sensor(), name=f"{arm}_{WRIST_SENSOR}"
     )
@@ -105,7 +105,7 @@ def add_compliant_arm(
 
 
 def _sampled_loop(sensor: WristSensor, settings: CompliantArmSettings) -> SampledLoop | None:
-    """Returns the loop that the wrench closes, if one does."""
+    """Returns the loop that the wrench closes, if there is one."""
     if sensor.inertia is None or settings.scheme == "admittance" or settings.is_natural:
         return None
     return sampled_loop(

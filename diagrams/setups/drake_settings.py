@@ -1,6 +1,7 @@
 """Drake's own settings in a scenario, checked before Drake sees them.
 
-Some of them Drake refuses with an error that does not name the key, others by ending the process.
+Drake refuses some of them with an error that does not name the key, and ends the process for
+others.
 """
 
 from pydrake.multibody.plant import MultibodyPlantConfig
@@ -18,7 +19,7 @@ _SLOWEST_RATE = 1e-3
 
 
 def check_plant_config(config: MultibodyPlantConfig, name: str = "plant") -> None:
-    """Raises ConfigurationError if no plant can be made from the settings; `name` is their key."""
+    """Raises ConfigurationError if no plant can have these settings; `name` is their key."""
     non_negative(config.time_step, f"{name}.time_step", "s")  # zero: a continuous plant
     positive(config.penetration_allowance, f"{name}.penetration_allowance", "m")
     positive(config.stiction_tolerance, f"{name}.stiction_tolerance", "m/s")

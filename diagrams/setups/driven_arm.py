@@ -1,11 +1,11 @@
-"""The arm of a scenario behind its own interface, in the place of the scenario's plant.
+"""The arm of a scenario behind its own interface, instead of the scenario's plant.
 
 ```
  robot: real, or the scenario's plant ──status──▶ Drive: controller, supervisor ──command──▶ robot
 ```
 
-A command is torques. With the scheme admittance it is joint positions, and a simulated robot has
-servos.
+A command consists of torques. With the scheme admittance it consists of joint positions, and a
+simulated robot has servos.
 """
 
 from dataclasses import replace
@@ -51,8 +51,8 @@ def simulated_robot(
 
     Args:
         scenario: its open fields are filled in.
-        gravity: who holds the arm's weight.
-        tool: what the sensor takes for its load; all that is beyond it by default.
+        gravity: who compensates gravity.
+        tool: the load that the sensor assumes; by default all that is beyond it.
 
     Raises:
         ConfigurationError: the scenario's plant is to differ from its model.
@@ -93,7 +93,7 @@ def _add_servos(
     servos = builder.AddSystem(
         make_industrial_controller(plant, arm, E, None, scenario.joint_servos())
     )
-    # Positions alone arrive: their velocities are differences over the period of the commands.
+    # Only positions arrive: their velocities are differences over the period of the commands.
     differences = builder.AddNamedSystem(
         "differences", StateInterpolatorWithDiscreteDerivative(n, scenario.sampling.period, True)
     )
@@ -128,9 +128,9 @@ class ScenarioDrive:
     D moves as in a run, from where the hand is when the arm is taken over.
 
     Args:
-        scenario: is checked, its duration filled in; the start posture is that of the robot.
-        robot: the driver, in the place of the one that the scenario names.
-        task_function: of a redundant arm, in the place of the scenario's.
+        scenario: is checked, and its duration filled in; the start posture is that of the robot.
+        robot: the driver, instead of the one that the scenario names.
+        task_function: of a redundant arm, instead of the scenario's.
 
     Attributes:
         robot: the driver.
@@ -151,7 +151,7 @@ class ScenarioDrive:
         refuse_safety(scenario)
         self._scenario = scenario
         driver = DriverConfig() if scenario.robot is None else scenario.robot.driver
-        # The damping of a real robot's joints is not a discrete plant's.
+        # The joint damping of a real robot is not that of a discrete plant.
         plant = MultibodyPlant(scenario.plant.time_step if driver.kind == "plant" else 0.0)
         E, _ = add_single_arm(plant, scenario)
         arm = plant.GetModelInstanceByName(scenario.arm)
@@ -175,7 +175,7 @@ class ScenarioDrive:
         self._drive = Drive(self.robot, self.loop, driver.drive_config(takes))
 
     def look(self) -> tuple[RobotStatus, Array]:
-        """Returns a status and the command that would be sent then; nothing is commanded."""
+        """Returns a status and the command that would answer it; commands nothing."""
         status = self._drive.look()
         return status, command_of(self.loop.reset(status.q, status.v))
 
@@ -189,13 +189,13 @@ class ScenarioDrive:
         """Drives the arm to postures, with a rest in each; returns the log.
 
         Args:
-            tour: its task is the one that this was made with.
+            tour: its task is the one given at construction.
         """
         tour.begin(self.loop.joints.from_base(self._drive.look().q))
         return self._drive.run(tour, tour.duration)
 
     def log(self, driven: DriveLog) -> dict[str, Array]:
-        """Returns the log of a whole drive by the keys of a run's."""
+        """Returns the log of a whole drive, by the keys of a run's log."""
         rows, joints, arm = driven.whole, self.loop.joints, self._scenario.arm
         pairs = zip(rows["q"], rows["v"], strict=True)
         n, readings = len(joints.names), np.array([joints.reading(q, v) for q, v in pairs])

@@ -1,4 +1,4 @@
-"""The end of an insertion before that of its plan: the peg is in, or the cell stops."""
+"""Ends an insertion before its plan does: the peg is in, or the cell stops."""
 
 from dataclasses import dataclass
 
@@ -17,8 +17,8 @@ __all__ = ["InsertionEnd", "InsertionWatch"]
 class InsertionEnd:
     """When the rest of an insertion would tell nothing more, and the run ends."""
 
-    depth: float = 0.045  # of the peg's tip behind the mouth: it is in [m]
-    force: float = 130.0  # on the hand: the cell stops [N]
+    depth: float = 0.045  # of the peg's tip behind the mouth, at which the peg is in [m]
+    force: float = 130.0  # on the hand, at which the cell stops [N]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -27,7 +27,7 @@ class InsertionEnd:
 
 
 class InsertionWatch(Block):
-    """Ends the simulation when an insertion has ended; looks whenever the log does.
+    """Ends the simulation when an insertion has ended; it checks whenever a row is logged.
 
     Args:
         end: of the insertion.

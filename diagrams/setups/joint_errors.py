@@ -1,4 +1,4 @@
-"""What joints do that their controllers do not know: friction that falls, and coarse encoders."""
+"""Errors of joints that their controllers do not know: Stribeck friction and coarse encoders."""
 
 from collections.abc import Callable
 
@@ -12,20 +12,20 @@ __all__ = ["VectorFunction", "fallen_friction", "rounded"]
 
 
 def fallen_friction(v: Array, fall: Array, velocity: float) -> Array:
-    """Returns what Stribeck friction is below that at rest, along the motion (n) [Nm or N].
+    """Returns by how much Stribeck friction is below that at rest, along the motion (n) [Nm or N].
 
     τ = fall (1 − exp(−(v/v_s)²)) sign(v)
 
     Args:
-        v: of the joints (n,).
-        fall: of the friction of each from rest to fast motion (n,).
-        velocity: v_s, where 1/e of it is left to fall [rad/s, m/s].
+        v: velocities of the joints (n,).
+        fall: decrease of each joint's friction from rest to fast motion (n,).
+        velocity: v_s, at which 1/e of the decrease is still to come [rad/s, m/s].
     """
     return -fall * np.expm1(-((v / velocity) ** 2)) * np.sign(v)
 
 
 def rounded(q: Array, step: float) -> Array:
-    """Returns positions as an encoder of a resolution has them (n)."""
+    """Returns positions as an encoder with a resolution reads them (n)."""
     return step * np.rint(q / step)
 
 
@@ -34,7 +34,7 @@ class VectorFunction(Block):
 
     Args:
         function: of the input.
-        sizes: of its argument and its value, n each if there is one alone.
+        sizes: of its argument and its value; a single one is that of both.
 
     Ports:
         input u: its argument (n)

@@ -1,15 +1,15 @@
 """Loose cooperation: one arm brings a peg by a motion program, the other holds the hole.
 
-The arm with the peg is run by an industrial control unit that knows nothing of forces. The other
-one is compliant about the remote centre of compliance E, a point fixed in its hand.
+An industrial control unit, which knows nothing of forces, runs the arm with the peg. The other arm
+is compliant about the remote centre of compliance E, a point fixed in its hand.
 
 ```
  program ─▶ industrial controller ◀──▶ plant: arm ═ sensor ═ peg ▷ hole ═ sensor ═ arm
                                                                  desired motion ─▶ compliant arm
 ```
 
-Frames: P at the peg's tip, z out of it; T where its arm's control unit takes P to be; H at the
-hole's mouth, z out of it; S the hand's mounting face behind the wrist sensor, z forward.
+Frames: P is at the peg's tip, z out of it. T is where the arm's control unit believes P to be. H is
+at the hole's mouth, z out of it. S is the hand's mounting face behind the wrist sensor, z forward.
 """
 
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ __all__ = ["build_loose"]
 
 @dataclass
 class _Frames:
-    """P the peg's tip, T where it is thought to be, H the mouth, E the remote centre."""
+    """P the peg's tip, T where it is believed to be, H the mouth, E the remote centre."""
 
     P: Frame
     T: Frame
@@ -72,7 +72,7 @@ def build_loose(
 
     Args:
         scenario: its open fields are filled in.
-        meshcat: where it is drawn, None for nowhere.
+        meshcat: draws the run; None for no drawing.
         live: add sliders there, see `SetupBuilder`.
         logged: with its log, see there.
 
@@ -115,7 +115,7 @@ def _record_peg(setup: SetupBuilder[_Frames], arm: str, servo: IndustrialControl
 
 
 def _end_early(setup: SetupBuilder[_Frames], scenario: LooseScenario) -> None:
-    """Has the run end with the insertion, if it is to; looks at what is logged."""
+    """Lets the run end with the insertion, if it is to; it reads the logged signals."""
     if scenario.until is None:
         return
     watch = InsertionWatch(scenario.until, scenario.log_period)
@@ -154,7 +154,7 @@ def _add_models(plant: MultibodyPlant, scenario: LooseScenario) -> _Frames:
 
 
 def _hold_still(plant: MultibodyPlant, frames: _Frames, scenario: LooseScenario) -> RigidTransform:
-    """Puts the compliant arm where it holds the hole; returns X_WH."""
+    """Puts the compliant arm into the posture in which it holds the hole; returns X_WH."""
     arm = plant.GetModelInstanceByName(scenario.compliant)
     start = scenario.roles(scenario.compliant).hold
     posture, X_WH = start_posture(
@@ -192,7 +192,7 @@ def _plan(
 def _taught_pose(
     X_WH: RigidTransform, pose: TaughtPose, planned: PlannedInsertion
 ) -> RigidTransform:
-    """Returns X_WP as it was taught: in line with the hole, but for what is wrong with the plan.
+    """Returns X_WP as it was taught: in line with the hole, except for the errors of the plan.
 
     The tool is turned about the peg's tip.
     """

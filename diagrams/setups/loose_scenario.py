@@ -35,7 +35,7 @@ PLANS = ("nominal", "misplanned")
 
 @dataclass
 class PlannedInsertion:
-    """How far the program pushes, and how wrong it is about where the hole lies."""
+    """How far the program pushes, and its error of the hole's pose."""
 
     path: float = 0.05  # along the tool's approach axis [m]
     rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # of the tool about W's axes
@@ -50,7 +50,7 @@ class PlannedInsertion:
 
 @dataclass
 class PegGrasp:
-    """How the peg sits in its hand, other than its program and its arm's control unit know."""
+    """The pose of the peg in its hand, which its program and its arm's control unit do not know."""
 
     rotation_deg: Array = field(default_factory=lambda: np.zeros(3))  # about the tip's own axes
     offset: Array = field(default_factory=lambda: np.zeros(3))  # of the tip, in the hand [m]
@@ -61,11 +61,11 @@ class PegGrasp:
         finite_vector(self.offset, key(name, "offset"), 3)
 
     def is_none(self) -> bool:
-        """Returns whether the peg sits as it is thought to."""
+        """Returns whether the peg sits as it is believed to."""
         return not (np.any(self.rotation_deg) or np.any(self.offset))
 
     def pose(self) -> RigidTransform:
-        """Returns X_TP, of the peg in the tool that is thought to be there."""
+        """Returns X_TP, the pose of the peg in the frame where it is believed to be."""
         return RigidTransform(
             RotationMatrix(euler.to_rotation(np.deg2rad(self.rotation_deg))), self.offset
         )
@@ -84,24 +84,24 @@ class TaughtPose:
 
 @dataclass
 class ProgramSettings:
-    """The motion program, and what has been taught for it."""
+    """The motion program, and the taught values."""
 
     file: str = field(
         default="insertion.pdl", metadata=PATH
     )  # a path, or a file beside the experiments
-    constants: dict[str, float] = field(default_factory=dict)  # in the place of the program's own
-    path_constant: str = "dpt"  # is given the plan's path [mm]
+    constants: dict[str, float] = field(default_factory=dict)  # replace the program's own
+    path_constant: str = "dpt"  # gets the plan's path [mm]
     poses: dict[str, TaughtPose] = field(default_factory=dict)
 
     def path(self) -> Path:
-        """Returns where the program is."""
+        """Returns the path of the program."""
         beside = Path(__file__).resolve().parents[1] / "experiments" / self.file
         return beside if beside.exists() else Path(self.file)
 
 
 @dataclass
 class ArmRoles:
-    """What an arm needs to know for either role."""
+    """The data that an arm needs for either role."""
 
     hold: StartConfig = field(default_factory=StartConfig)  # of H, if this arm holds the hole
     start: list[float] = field(default_factory=list)  # posture, if it brings the peg [rad, m]
@@ -114,7 +114,7 @@ class ArmRoles:
 
 @dataclass
 class LooseScenario(CompliantArmSettings):
-    """Everything of a run of peg in hole; SI units, degrees and millimetres where it says so."""
+    """All settings of a run of peg in hole; SI units, degrees and millimetres where named."""
 
     peg_arm: str = SEVEN
     plan: str = "misplanned"  # or nominal
@@ -131,7 +131,7 @@ class LooseScenario(CompliantArmSettings):
     grasp: PegGrasp = field(default_factory=PegGrasp)
     tip: float = 0.155  # of the peg, from S along its z axis [m]
     mouth: float = 0.165  # of the hole, from S along its z axis [m]
-    # E in S [m]: where the compliant hand is to turn about.
+    # E in S [m]: the point about which the compliant hand turns.
     remote_centre: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.165]))
     six: ArmRoles = field(default_factory=ArmRoles)
     seven: ArmRoles = field(default_factory=ArmRoles)
@@ -147,12 +147,12 @@ class LooseScenario(CompliantArmSettings):
         return RigidTransform([0.0, 0.0, self.mouth])
 
     def planned(self) -> PlannedInsertion:
-        """Returns the plan that is chosen."""
+        """Returns the chosen plan."""
         plan: PlannedInsertion = getattr(self, self.plan)
         return plan
 
     def roles(self, arm: str) -> ArmRoles:
-        """Returns what an arm of the cell needs to know."""
+        """Returns the data for an arm of the cell."""
         return self.six if arm == SIX else self.seven
 
     def validate(self, name: str) -> None:
@@ -161,7 +161,7 @@ class LooseScenario(CompliantArmSettings):
         choice(self.peg_arm, key(name, "peg_arm"), (SIX, SEVEN))
         choice(self.plan, key(name, "plan"), PLANS)
         non_negative(self.hold, key(name, "hold"), "s")
-        # Between a hand and what it holds there is a rod on a mounting plate.
+        # Between a hand and the part that it holds there is a rod on a mounting plate.
         plate, tip, mouth = TOOL.plate_thickness, key(name, "tip"), key(name, "mouth")
         positive(
             self.tip - self.peg_hole.peg_length - plate, f"{tip} less the peg and a plate", "m"

@@ -37,20 +37,20 @@ __all__ = ["MujocoArm", "MujocoWristSensor"]
 
 
 class MujocoArm:
-    """The arm of a scenario in MuJoCo, with its surface and what pushes it.
+    """The arm of a scenario in MuJoCo, with its surface and its external wrench.
 
     Args:
         scenario: its start posture is filled in.
 
     Attributes:
-        plant: of Drake, with the same arm: for its controller's model.
-        end_effector: E in it.
-        sensor_joint: the weld in it that the wrist sensor reads.
+        plant: Drake's, with the same arm, for its controller's model.
+        end_effector: E in that plant.
+        sensor_joint: the weld in that plant that the wrist sensor reads.
         name: of the arm.
         X_WE: pose of E at the start.
-        model: of MuJoCo.
-        data: of MuJoCo; its positions and velocities are those of the present, its forces and
-            accelerations those of the last step.
+        model: MuJoCo's.
+        data: MuJoCo's; positions and velocities are the present ones, forces and accelerations
+            those of the last step.
 
     Raises:
         ConfigurationError: the scenario cannot be used, or MuJoCo is not installed.
@@ -97,7 +97,7 @@ class MujocoArm:
         return self.data.qpos[self._q], self.data.qvel[self._v]
 
     def plant_state(self) -> Array:
-        """Returns [q; v] of Drake's plant where the arm is now; all else in it is zero."""
+        """Returns [q; v] of Drake's plant with the arm's present state; all else in it is zero."""
         state, nq = np.zeros(self.plant.num_multibody_states()), self.plant.num_positions()
         own = self._control.in_plant_order(self.state[0])
         self.plant.SetPositionsInArray(self._instance, own, state[:nq])
@@ -108,14 +108,14 @@ class MujocoArm:
         mj, model, data, hand = self._mj, self.model, self.data, self._hand
         data.qfrc_applied[self._v] = torque
         h = self._push(data.time)
-        # MuJoCo's acts at the body's centre of mass, force first.
+        # MuJoCo's wrench acts at the body's centre of mass, with the force first.
         lever = data.site_xpos[self._site] - data.xipos[hand]
         data.xfrc_applied[hand] = np.concatenate((h[3:], h[:3] + so3.cross(lever, h[3:])))
         mj.mj_step2(model, data)
         mj.mj_step1(model, data)
 
     def reaction(self) -> SpatialForce:
-        """Returns what the arm exerts on the tool through the sensor, about So, in S."""
+        """Returns the wrench of the arm on the tool through the sensor, about So, in S."""
         torque, force = self.data.sensordata[:3], self.data.sensordata[3:]
         return SpatialForce(tau=torque, f=force)
 
@@ -126,7 +126,7 @@ class MujocoArm:
         mj.mj_objectVelocity(model, data, kind, site, V, 0)
         mj.mj_objectAcceleration(model, data, kind, site, A, 0)
         if data.time > 0.0:
-            A[3:] += model.opt.gravity  # an accelerometer's, as MuJoCo gives it, has −g in it
+            A[3:] += model.opt.gravity  # MuJoCo's is an accelerometer's: it contains −g
         Q = quaternion.from_rotation(data.site_xmat[site].reshape(3, 3))
         return np.concatenate((Q, data.site_xpos[site], V, A))
 
@@ -141,17 +141,17 @@ def _push(ramp: WrenchRamp | None, R_WE: RotationMatrix) -> Callable[[float], Ar
 
 
 class MujocoWristSensor:
-    """The wrist sensor of an arm in MuJoCo: the part that Drake's diagram has, and what it sees.
+    """The wrist sensor of an arm in MuJoCo: the part that Drake's diagram has, and its inputs.
 
     Args:
         arm: in MuJoCo.
-        config: errors, and what removes the tool's inertial load.
+        config: errors, and the source of the tool's inertial load.
     """
 
     def __init__(self, arm: MujocoArm, config: WristSensorConfig):
         self._arm, self._load = arm, config.inertial_load
         self.system = f"{arm.name}_{WRIST_SENSOR}"
-        # The motion that removes the load is given here, whatever it is of.
+        # The motion that gives the inertial load comes from here, whatever its frame.
         config = replace(config, inertial_load="reference")
         joint, E = arm.sensor_joint, arm.end_effector
         sensor = wrist_sensor_at(arm.plant, joint, E, config, name=self.system)
@@ -162,7 +162,7 @@ class MujocoWristSensor:
 
     @property
     def time(self) -> float:
-        """Now [s]."""
+        """The present time [s]."""
         return float(self._arm.data.time)
 
     def sample(self, compliant: Array) -> Array:

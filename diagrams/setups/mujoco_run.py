@@ -1,4 +1,4 @@
-"""A scenario with one arm in MuJoCo in the place of Drake: the same control loop, the same log.
+"""A scenario with one arm in MuJoCo instead of Drake: the same control loop, the same log.
 
 ```
  D ──▶ ControlLoop ──torques──▶ MuJoCo: arm ═ sensor ═ tool: disk ▷ surface
@@ -28,12 +28,12 @@ __all__ = ["MUJOCO_EXPERIMENTS", "MujocoRun", "run_in_mujoco"]
 
 MUJOCO_EXPERIMENTS = ("plexiglas", "consistency", "nondiagonal")
 
-# What only Drake's plant has, by key.
+# Keys of settings that only Drake's plant has.
 _DRAKE_ONLY = ("robot", "body", "safety", "world", "effort_scale", "arm", "scheme")
 
 
 def run_in_mujoco(scenario: SingleArmScenario) -> tuple[dict[str, Array], Exception | None]:
-    """Runs a scenario; returns the log of a run, and what stopped it before its end.
+    """Runs a scenario; returns its log, and the error that stopped it before its end, if any.
 
     Args:
         scenario: one of `MUJOCO_EXPERIMENTS`; its open fields are filled in.
@@ -78,7 +78,7 @@ class MujocoRun:
         self._keep(0.0)
 
     def go_on(self, end: float) -> Exception | None:
-        """Runs up to a time [s]; returns what stopped it before that, if anything did."""
+        """Runs up to a time [s]; returns the error that stopped it before that, if any."""
         step = self._scenario.plant.time_step
         for k in range(1, round(end / step) + 1):
             try:
@@ -90,7 +90,7 @@ class MujocoRun:
         return None
 
     def log(self) -> dict[str, Array]:
-        """Returns the log so far, by the keys of a run's."""
+        """Returns the log so far, by the keys of a run's log."""
         scenario, arm = self._scenario, self._scenario.arm
         rows = {name: np.array(values) for name, values in self._rows.items()}
         log = {"t": rows.pop("t")} | {f"{arm}/{name}": values for name, values in rows.items()}
@@ -109,7 +109,7 @@ class MujocoRun:
         return self._desired.evaluate(time)
 
     def _keep(self, time: float) -> None:
-        """Keeps a row of what a run logs."""
+        """Keeps a row of the log."""
         reading = self.loop.joints.reading(*self.arm.state)
         n = len(reading) // 2
         row: dict[str, Any] = {
@@ -134,7 +134,7 @@ class MujocoRun:
 
 
 def _check_supported(scenario: Any) -> None:
-    """Raises ConfigurationError for what MuJoCo does not simulate here."""
+    """Raises ConfigurationError for settings that MuJoCo does not simulate here."""
     if scenario.experiment not in MUJOCO_EXPERIMENTS:
         raise ConfigurationError(
             f"MuJoCo runs {', '.join(MUJOCO_EXPERIMENTS)}, not '{scenario.experiment}': leave out "

@@ -1,4 +1,4 @@
-"""A scenario for a robot from a file, and what is to be warned of before one runs."""
+"""A scenario for a robot from a file, and the warnings before a run."""
 
 import contextlib
 import copy
@@ -31,25 +31,25 @@ __all__ = ["WITH_SHAPES", "OwnRobot", "describe", "propose_scenario", "said_of"]
 
 _log = logging.getLogger("drake")
 
-# Out, back, and while somebody pushes [s].
+# Durations of the motion out and back, of the push, and before it [s].
 _OUT, _BACK, _PUSHED, _BEFORE_PUSH = 2.0, 2.0, 5.0, 0.5
-# Shapes of every kind, so that it is seen which links touch; and none, where these cannot be had.
+# Shapes of every kind, so that contact between links is seen; and none, if they cannot be read.
 WITH_SHAPES, _WITHOUT, _REPAIR = "convert", "leave-out", "repair"
 _UNITS = {"translation": ("kg", "Ns/m", "N/m"), "rotation": ("kg m²", "Nms/rad", "Nm/rad")}
 
 
 @dataclass
 class OwnRobot:
-    """A robot from a file, and a scenario that it can begin with.
+    """A robot from a file, and a scenario for its first run.
 
     Attributes:
-        survey: what there is in the file.
-        scenario: for the end effector that was chosen.
-        robot: in it.
+        survey: the contents of the file.
+        scenario: for the chosen end effector.
+        robot: that of the scenario.
         joints: names of its joints, from the base to the end effector.
         mass: of the moving links [kg].
-        changes: that were made to the robot to use it.
-        problems: why its geometry is left out and inertias are repaired, if they are.
+        changes: the changes that were necessary to use the robot.
+        problems: why its geometry was left out and inertias were repaired, if so.
     """
 
     survey: RobotSurvey
@@ -72,13 +72,13 @@ def propose_scenario(
     Args:
         file: of the robot.
         end_effector: a link, frame or site; by default that of the longest arm.
-        geometry: what the scenario does with the robot's shapes, its default unless given; they are
-            left out where they cannot be read.
+        geometry: how the scenario treats the robot's shapes, its default unless given; shapes that
+            cannot be read are left out.
         packages: folders of `package://` names.
 
     Raises:
         ConfigurationError: the file cannot be read.
-        ModelError: no arm of six joints is in it, no such frame, or as `load_robot`.
+        ModelError: it has no arm of six joints or no such frame, or as `load_robot`.
     """
     survey = survey_robot(file, packages)
     config = RobotConfig(str(file), end_effector or survey.arms[0].end_effector)
@@ -99,9 +99,9 @@ def propose_scenario(
 def _load_anyhow(
     config: RobotConfig, geometry: str, problems: list[str]
 ) -> tuple[MultibodyPlant, SceneGraph, LoadedRobot]:
-    """Loads a robot, if need be with its inertias repaired and without its shapes.
+    """Loads a robot, if need be with repaired inertias and without shapes.
 
-    The configuration then says so, and the problems why.
+    The configuration then says so, and the problems say why.
     """
     problem: GeoimpError
     try:
@@ -121,7 +121,7 @@ def _load_anyhow(
 
 
 def _load(config: RobotConfig, geometry: str) -> tuple[MultibodyPlant, SceneGraph, LoadedRobot]:
-    """Returns a plant with the robot alone, and what has its shapes."""
+    """Returns a plant with the robot alone, and the scene graph with its shapes."""
     plant, scene_graph = trial_plant()
     robot = replace(config, geometry=geometry).load(plant)
     plant.Finalize()
@@ -129,7 +129,7 @@ def _load(config: RobotConfig, geometry: str) -> tuple[MultibodyPlant, SceneGrap
 
 
 def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
-    """Puts what is proposed into a scenario."""
+    """Puts a proposal into a scenario."""
     scenario.start = StartConfig(posture=proposal.posture.tolist())
     scenario.impedance = proposal.impedance
     there = proposal.displacement
@@ -145,7 +145,7 @@ def _fill_in(scenario: SingleArmScenario, proposal: Proposal) -> None:
 
 
 def describe(own: OwnRobot) -> str:
-    """Returns what there is in a robot's file and what is proposed, as lines for people."""
+    """Returns a readable description of a robot's file and of the proposal."""
     arms, chosen = own.survey.arms, own.robot.end_effector
     others = [name for arm in arms for name in (arm.end_effector, *arm.others) if name != chosen]
     lines = [
@@ -175,13 +175,13 @@ def _list(names: Sequence[str]) -> str:
 
 
 def said_of(build: Callable[[Any], Setup], scenario: Any) -> tuple[list[str], list[str]]:
-    """Builds a scenario, starts it, and returns what Drake's log reports and what it warns of.
+    """Builds a scenario, starts it, and returns the reports and the warnings in Drake's log.
 
-    The start lasts for one period of the log: some things are noticed by the first step alone.
+    It simulates one period of the log, since only a first step notices some things.
 
     Args:
-        build: makes the set-up of a scenario, as an experiment's.
-        scenario: for it; its open fields stay open.
+        build: makes the set-up of a scenario, such as an experiment's.
+        scenario: the one to build; its open fields stay open.
 
     Raises:
         GeoimpError: the scenario cannot be used, or its simulation cannot start.
@@ -195,7 +195,7 @@ def said_of(build: Callable[[Any], Setup], scenario: Any) -> tuple[list[str], li
 
 
 class _Gatherer(logging.Handler):
-    """Keeps what is said, reports and warnings, each text once."""
+    """Keeps messages, both reports and warnings, each text once."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -210,7 +210,7 @@ class _Gatherer(logging.Handler):
 
 @contextlib.contextmanager
 def _heard() -> Iterator[_Gatherer]:
-    """Yields what hears Drake's log in the place of everybody else."""
+    """Yields a handler that receives Drake's log instead of all others."""
     gatherer, kept = _Gatherer(), (_log.handlers, _log.propagate)
     _log.handlers, _log.propagate = [gatherer], False
     try:

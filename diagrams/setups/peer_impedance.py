@@ -1,4 +1,4 @@
-"""An impedance whose orientation spring is another controller's, for experiments alone."""
+"""An impedance with another controller's orientation spring, only for experiments."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ __all__ = ["PeerImpedance", "PeerImpedanceConfig"]
 
 @cache
 def _angular_acceleration(moment: Callable[..., Array]) -> Callable[..., Array]:
-    """Returns the quaternion family's law for ω̇_c with another moment in place of K′_oᶜε_dc."""
+    """Returns the quaternion family's law for ω̇_c with another moment instead of K′_oᶜε_dc."""
 
     @compilable
     def law(
@@ -64,15 +64,15 @@ class PeerImpedance(QuaternionImpedance):
         return self._moment(Q_CD, self.K_o)
 
     def potential_energy(self, Q_WD: Array, Q_WC: Array) -> float:
-        """Zero: what this spring has done depends on the way; an audit has it as its error."""
+        """Zero: this spring's work depends on the path; an audit shows it as its error."""
         return 0.0
 
 
 @dataclass
 class PeerImpedanceConfig(ImpedanceConfig):
-    """An impedance whose orientation spring may be another controller's."""
+    """An impedance that may have another controller's orientation spring."""
 
-    spring: str | None = None  # of `PEERS`, in the place of the orientation family's
+    spring: str | None = None  # of `PEERS`, instead of the orientation family's
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -88,7 +88,7 @@ class PeerImpedanceConfig(ImpedanceConfig):
             )
 
     def make_rotation(self) -> OrientationImpedance:
-        """Returns the orientation family, or the spring in its place, with its gains."""
+        """Returns the orientation family, or the spring that replaces it, with its gains."""
         if self.spring is None:
             return super().make_rotation()
         return PeerImpedance(self.spring, *self.gains("rotation"))

@@ -1,6 +1,6 @@
-"""The same tick as a user of pinocchio would write it in NumPy, to compare with.
+"""The same tick as a user of pinocchio would write it in NumPy, for comparison.
 
-pinocchio is no dependency of the library: where it is not installed, there is no comparison.
+pinocchio is no dependency of the library; without it there is no comparison.
 """
 
 from importlib import import_module
@@ -30,7 +30,7 @@ class PinocchioTick:
 
     Args:
         file: URDF of the arm.
-        model: the arm as the library sees it, for what a URDF does not say.
+        model: the arm as the library sees it, for data that a URDF does not have.
     """
 
     def __init__(self, file: str, model: ControlModel):
@@ -67,7 +67,7 @@ class PinocchioTick:
         return index
 
     def _rotors(self, model: ControlModel) -> Array:
-        """Returns the inertia of rotors, and of friction in a discrete plant, which no URDF has."""
+        """Returns the inertia of rotors and of friction in a discrete plant; a URDF has neither."""
         q, context = np.zeros(model.num_joints), model.plant.CreateDefaultContext()
         model.plant.SetPositions(context, q)
         B = model.plant.CalcMassMatrix(context)
@@ -155,7 +155,7 @@ class PinocchioTick:
         return acceleration
 
     def _between(self, R_1: Array, R_2: Array) -> Array:
-        """Returns the quaternion from one attitude to another, of the shorter way round."""
+        """Returns the quaternion from one attitude to another, the shorter way round."""
         x, y, z, w = self._pin.Quaternion(R_1.T @ R_2).coeffs()
         return np.array([w, x, y, z]) * (1.0 if w >= 0.0 else -1.0)
 

@@ -1,4 +1,4 @@
-"""Where an arm starts: a posture, or the pose of its end effector and inverse kinematics."""
+"""The start of an arm: a posture, or a pose of its end effector and inverse kinematics."""
 
 from dataclasses import dataclass, field
 
@@ -24,16 +24,16 @@ _SMALLEST_SINGULAR_VALUE = 1e-2
 class StartConfig:
     """Pose of E at the start; the posture follows by inverse kinematics, or is given.
 
-    E's orientation is that of the XYZ Euler angles, then turned about `tilt_axis` by `tilt_deg`.
+    E's orientation is given by XYZ Euler angles, then turned about `tilt_axis` by `tilt_deg`.
     """
 
-    # Of E in W [m]; if null, a posture away from limits and singularities is looked for.
+    # Of E in W [m]; null: a posture away from limits and singularities is searched for.
     position: Array | None = None
     attitude_deg: Array = field(default_factory=lambda: np.array([180.0, 0.0, 0.0]))
     tilt_axis: Array = field(default_factory=lambda: np.array([1.0, 1.0, 0.0]))  # in W
     tilt_deg: float = 0.0
-    guess: Array | None = None  # near which to look [rad, m]; everywhere if not given
-    posture: list[float] | None = None  # joint positions [rad, m]; then nothing is looked for
+    guess: Array | None = None  # posture near which to search [rad, m]; everywhere if not given
+    posture: list[float] | None = None  # joint positions [rad, m]; they need no search
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -75,11 +75,12 @@ def start_posture(
         model: the arm.
         start: where it starts.
         name: of `start` in the scenario, for errors.
-        regular: refuse a singular posture, as a controller without limits needs it.
+        regular: refuse a singular posture, as a controller without limits requires.
 
     Raises:
-        ConfigurationError: wrong number of joints, outside the joint limits, or out of reach.
-        SingularityError: the posture is at a kinematic singularity, unless it may be.
+        ConfigurationError: the number of joints is wrong, or the start is outside the joint limits
+            or out of reach.
+        SingularityError: the posture is singular, and `regular` is set.
     """
     if start.posture is not None:
         q = finite_vector(np.array(start.posture), key(name, "posture"), model.num_joints)

@@ -1,4 +1,4 @@
-"""A drive's log, drawn as a run is: the scenario's plant goes through the positions logged.
+"""Draws a drive's log like a run: the scenario's plant goes through the logged positions.
 
 ```
  log ──q──▶ plant ──▶ Meshcat ◀── D, C, E, wrench ── log
@@ -24,14 +24,14 @@ _FRAMES = "DCE"
 
 
 def replay_log(scenario: SingleArmScenario, log: dict[str, Array], meshcat: Meshcat) -> None:
-    """Draws and records a log; what is not known at an instant stays where it was.
+    """Draws and records a log; whatever is unknown at an instant stays where it was.
 
     Args:
-        scenario: that was driven.
-        log: of the drive, by the keys of a run's.
-        meshcat: where it is drawn, and recorded.
+        scenario: the one that was driven.
+        log: of the drive, by the keys of a run's log.
+        meshcat: draws and records it.
     """
-    scenario = replace(scenario, engine="drake")  # whose plant is drawn, whatever has moved it
+    scenario = replace(scenario, engine="drake")  # its plant is drawn, whatever has moved the arm
     setup = SetupBuilder(
         scenario, lambda plant: add_single_arm(plant, scenario), meshcat, live=False, logged=False
     )
@@ -68,7 +68,7 @@ def _show(source: ConstantVectorSource, context: Context, value: Array) -> None:
 
 
 def _known(rows: Array) -> Array:
-    """Returns rows in which one that is not finite is that before it, or the first that is."""
+    """Returns rows; the one before, or the first finite one, replaces each that is not finite."""
     finite = np.isfinite(rows).all(axis=1)
     if not finite.any():
         return np.zeros_like(rows)

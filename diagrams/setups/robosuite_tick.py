@@ -1,8 +1,8 @@
-"""A tick of robosuite's operational-space controller on the same arm, to compare with.
+"""A tick of robosuite's operational-space controller on the same arm, for comparison.
 
-robosuite is no dependency of the library, and wants a MuJoCo before 4: where both are not there,
-there is no comparison. Its controller has another law, Λ (k_p e − k_d ẋ) with gravity and a posture
-in the null space: what is compared is what a tick costs.
+robosuite is no dependency of the library, and needs a MuJoCo before 4; without both there is no
+comparison. Its controller has another law, Λ (k_p e − k_d ẋ) with gravity and a posture in the null
+space. Only the cost of a tick is compared.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ _INSTALL = "pip install robosuite==1.5.2 mujoco==3.3.7, in an environment of its
 
 
 class RobosuiteTick:
-    """robosuite's controller of an arm's pose, as it comes, with MuJoCo's terms of the arm.
+    """robosuite's controller of an arm's pose, unchanged, with MuJoCo's terms of the arm.
 
     Args:
         file: name of the arm's model.
@@ -35,7 +35,7 @@ class RobosuiteTick:
 
     def __init__(self, file: str, E: Frame, names: Sequence[str]):
         spec = arm_spec(file, E)
-        spec.worldbody.add_site(name="arm_center")  # of its base, which the controller asks for
+        spec.worldbody.add_site(name="arm_center")  # of its base, which the controller expects
         mujoco = spec.compile()
         joints = [mujoco.joint(name) for name in names]
         indices = {
@@ -60,7 +60,7 @@ class RobosuiteTick:
 
     @staticmethod
     def missing() -> str:
-        """Returns in one line why there is no comparison, and what to do; empty if there is one."""
+        """Returns, in one line, why there is no comparison and what to do; or an empty text."""
         if find_spec("robosuite") is None or find_spec("mujoco") is None:
             return f"robosuite's controller is left out, it is not installed: {_INSTALL}."
         if not hasattr(import_module("mujoco").MjData, "qM"):
@@ -79,7 +79,7 @@ class RobosuiteTick:
         self._osc.set_goal(self._goal)
 
     def controller(self) -> Array:
-        """Returns the torques of its `run_controller` alone."""
+        """Returns the torques of `run_controller` alone."""
         torque: Array = self._osc.run_controller()
         return torque
 

@@ -1,4 +1,4 @@
-"""What every scenario has: length and log of the run, its sensors and Drake's own settings."""
+"""Settings of every scenario: length and log of the run, its sensors and Drake's own settings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -19,10 +19,10 @@ from geoimp_drake.validation import LARGEST_SEED, choice, key, positive, whole_n
 
 __all__ = ["ENGINES", "CompliantArmSettings", "RunSettings", "differenced"]
 
-# Simulators, the first is the one of every experiment.
+# Simulators; the first is the default of every experiment.
 ENGINES = ("drake", "mujoco")
 
-# Of one run: a day of computing, and 2 GB of log with what two arms leave at an instant.
+# Limits of one run: a day of computing, and 2 GB of log with two arms.
 _MOST_STEPS, _MOST_ROWS = 1e9, 1e6
 _ROW = 2e-6  # [GB]
 
@@ -31,8 +31,8 @@ _ROW = 2e-6  # [GB]
 class RunSettings:
     """Settings of a run that do not depend on what is in the cell."""
 
-    experiment: str = "plexiglas"  # names the claims and figures
-    seed: int = 0  # of the sensors' noise; that in `sensor` is added to it
+    experiment: str = "plexiglas"  # its claims and figures
+    seed: int = 0  # of the sensors' noise; the one in `sensor` is added to it
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]
     sensor: WristSensorConfig = field(default_factory=WristSensorConfig)
@@ -49,7 +49,7 @@ class RunSettings:
             integration_scheme="explicit_euler", max_step_size=1e-3, use_error_control=False
         )
     )
-    engine: str = "drake"  # that simulates; or mujoco
+    engine: str = "drake"  # the simulator; or mujoco
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -74,7 +74,7 @@ class RunSettings:
         return replace(self.sensor, seed=self.seed + self.sensor.seed)
 
     def check_moves(self, segments: Sequence[MotionSegment]) -> None:
-        """Raises ConfigurationError if nothing says how long the run is, or too long a motion."""
+        """Raises ConfigurationError if nothing gives the run's length, or if it is too long."""
         if self.duration is not None:
             return
         if not segments:
@@ -84,7 +84,7 @@ class RunSettings:
     def check_length(self, duration: float) -> None:
         """Raises ConfigurationError if a run of a duration [s] has too many steps or log rows.
 
-        Every part with a `period` makes the simulation step.
+        Every part with a `period` adds steps to the simulation.
         """
         periods = [part.period for part in vars(self).values() if hasattr(part, "period")]
         step = min(self.plant.time_step or np.inf, self.simulator.max_step_size, *periods)
@@ -104,7 +104,7 @@ def differenced() -> SamplingConfig:
 
 @dataclass
 class CompliantArmSettings(ImpedanceControllerConfig, RunSettings):
-    """Settings of a run with one arm that is compliant: its controller's are among them."""
+    """Settings of a run with one compliant arm, its controller's included."""
 
     sampling: SamplingConfig = field(default_factory=differenced)
     # Of the scheme admittance: the arm's own joint servos, with the period of sampling; null for

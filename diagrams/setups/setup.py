@@ -16,17 +16,17 @@ __all__ = ["Setup"]
 
 @dataclass
 class Setup:
-    """What every set-up is built into.
+    """A set-up that is built.
 
     Attributes:
         scenario: with its open fields (start postures, duration) filled in.
         diagram: to be simulated.
         plant: in the diagram.
-        recorder: knows what is logged.
-        add_models: fills a plant like this one.
-        events: what happens to the diagram from outside on the way.
-        loop: of the hand that is compliant, at the start, its environment the surface; None if
-            the scheme has no such loop.
+        recorder: of the log.
+        add_models: fills another plant like this one.
+        events: what happens to the diagram from outside during the run.
+        loop: of the compliant hand at the start, with the surface as its environment; None if the
+            scheme has no such loop.
     """
 
     scenario: Any

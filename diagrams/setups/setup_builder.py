@@ -1,4 +1,4 @@
-"""What every set-up begins and ends with: cell, desired motion, external wrench, log and views."""
+"""The common parts of all set-ups: cell, desired motion, external wrench, log and views."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -43,20 +43,20 @@ class SetupBuilder(Generic[Models]):
 
     Args:
         scenario: is checked; its open fields are filled in.
-        add_models: fills a plant with what is in the cell and finalizes it.
-        meshcat: where the run is drawn, None for nowhere.
+        add_models: fills a plant with the contents of the cell and finalizes it.
+        meshcat: draws the run; None for no drawing.
         live: add sliders there.
-        logged: with its log. Off, for a loop that is timed, neither that nor what only it and
-            Meshcat need is there; with Meshcat there is a log all the same.
+        logged: whether to add the log. Without it, for a loop that is timed, the parts that only
+            log and Meshcat need are missing, too. With Meshcat there is always a log.
 
     Attributes:
         builder: of the diagram.
-        plant: in it, finalized.
-        models: what `add_models` returned for the plant.
-        true_plant: the same plant, as the scenario's world changes it.
+        plant: the diagram's, finalized.
+        models: the result of `add_models` for the plant.
+        true_plant: the same plant, as changed by the scenario's world.
         recorder: of the log.
         is_logged: whether signals are to be recorded.
-        is_another_world: whether the plant is to differ from what its controller knows.
+        is_another_world: whether the plant differs from the controller's model.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -89,13 +89,13 @@ class SetupBuilder(Generic[Models]):
         self.is_another_world = not scenario.world.is_none()
 
     def warn_of_start(self, arm: ModelInstanceIndex, E: Frame) -> None:
-        """Says in Drake's log what is wrong with an arm at its default positions, see there."""
+        """Warns of problems of an arm at its default positions, see `warn_before_run`."""
         warn_before_run(self.plant, arm, E, self._scene_graph)
 
     def add_desired_motion(
         self, X_WD: RigidTransform, segments: Sequence[MotionSegment] = ()
     ) -> OutputPort:
-        """Adds the desired motion, which is as long as the run unless that says how long it is."""
+        """Adds the desired motion, which gives the run its length unless the scenario does."""
         desired = self.builder.AddNamedSystem("desired_motion", DesiredMotion(X_WD, segments))
         if self._scenario.duration is None:
             self._scenario.duration = desired.duration()
@@ -104,7 +104,7 @@ class SetupBuilder(Generic[Models]):
     def add_external_wrench(
         self, frame: Frame, R_WF: RotationMatrix, ramp: WrenchRamp | None
     ) -> None:
-        """Adds what pushes a frame F, whose axes at the start are R_WF; None pushes nothing."""
+        """Adds the external wrench on a frame F, with axes R_WF at the start; None adds nothing."""
         if ramp is None:
             return
         wrench = self.builder.AddNamedSystem(
@@ -113,7 +113,7 @@ class SetupBuilder(Generic[Models]):
         self.push(wrench.get_output_port())
 
     def push(self, wrench: OutputPort) -> None:
-        """Lets a wrench act on the plant, the only one: a list of ExternallyAppliedSpatialForce."""
+        """Applies the only wrench on the plant: a list of ExternallyAppliedSpatialForce."""
         self.builder.Connect(wrench, self.plant.get_applied_spatial_force_input_port())
         self._pushes = True
 
@@ -126,14 +126,14 @@ class SetupBuilder(Generic[Models]):
     def add_views(
         self, name: str, frames: str, wrench: OutputPort, controller: System, pushed: Frame
     ) -> None:
-        """Adds what Meshcat shows and, if the run is live, asks for.
+        """Adds the views of Meshcat and, if the run is live, its controls.
 
         Args:
-            name: under which the motions of the frames are logged.
-            frames: that are drawn, a letter each; the wrench is drawn at the last.
+            name: the one under which the motions of the frames are logged.
+            frames: those to draw, a letter each; the wrench is drawn at the last.
             wrench: [moment; force] on the environment in W (6).
-            controller: whose stiffness can be changed.
-            pushed: at whose origin the hand can be pushed, unless an external wrench does.
+            controller: the one whose stiffness can be changed.
+            pushed: frame at whose origin the hand can be pushed, unless an external wrench does.
         """
         if self._meshcat is None:
             return
@@ -155,7 +155,7 @@ class SetupBuilder(Generic[Models]):
             )
 
     def frame_models(self, E: Frame) -> None:
-        """Has Meshcat's camera look at what is there instead of where the cell's arm would be."""
+        """Points Meshcat's camera at the models instead of where the cell's arm would be."""
         if self._meshcat is not None:
             frame_models(self._meshcat, self.plant, self._scene_graph, E)
 
@@ -169,10 +169,10 @@ class SetupBuilder(Generic[Models]):
         """Returns the set-up; warns if the loop rings on its surface.
 
         Args:
-            events: happen to its diagram from outside on the way.
-            loop: of what is compliant, in free air.
-            surface: that it touches.
-            hands: that press on it together.
+            events: happen to its diagram from outside during the run.
+            loop: of the compliant hand, in free space.
+            surface: the one that it touches.
+            hands: number of hands that press on it together.
         """
         if loop is not None and surface is not None:
             K_e, D_e = (value / hands for value in surface.resistance())

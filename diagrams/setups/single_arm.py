@@ -44,10 +44,10 @@ def build_single_arm(
 
     Args:
         scenario: its open fields are filled in.
-        meshcat: where it is drawn, None for nowhere.
+        meshcat: draws the run; None for no drawing.
         live: add sliders there, see `SetupBuilder`.
         logged: with its log, see there.
-        add_hand: adds what else acts on E, whose pose at the start it gets.
+        add_hand: adds anything else that acts on E; it gets E's pose at the start.
 
     Raises:
         ConfigurationError: the scenario cannot be used; the message says why.
@@ -89,7 +89,7 @@ def _record_contact(setup: SetupBuilder[Any]) -> None:
 
 
 def model_of_single_arm(scenario: SingleArmScenario) -> ControlModel:
-    """Returns the arm as a scenario's controller knows it, without weight if a robot holds that.
+    """Returns the arm as a scenario's controller knows it, without weight if the robot holds it.
 
     Raises:
         ConfigurationError: the scenario cannot be used.

@@ -23,14 +23,14 @@ OWN_ARM = "arm"
 
 @dataclass
 class SingleArmScenario(CompliantArmSettings):
-    """Everything of a run with one arm; SI units, angles in degrees where the name says so."""
+    """All settings of a run with one arm; SI units, angles in degrees where the name says so."""
 
     arm: str = SIX  # or seven; of a robot of your own its name in the log, by default `arm`
-    robot: RobotConfig | None = None  # of your own, in the place of the cell's arm
+    robot: RobotConfig | None = None  # of your own, instead of the cell's arm
     start: StartConfig = field(default_factory=StartConfig)
     segments: list[MotionSegment] = field(default_factory=list)  # of the desired motion
     surface: SurfacePlacement | None = None
-    body: CollidingBody | None = None  # that the hand may run into
+    body: CollidingBody | None = None  # one that the hand may run into
     external: WrenchRamp | None = None  # on the hand at E; its frame's axes are those of D
     disk_resolution_hint: float = 0.05  # edge length of the disk's contact mesh [m]
     effort_scale: float = 1.0  # factor of all effort limits, which the controller knows
@@ -45,12 +45,12 @@ class SingleArmScenario(CompliantArmSettings):
 
     @property
     def compliant(self) -> str:
-        """Name under which what is compliant is logged."""
+        """Name of the compliant arm in the log."""
         return self.arm
 
     @property
     def length(self) -> float:
-        """How long the run is [s]: its duration, or all of the motion."""
+        """Length of the run [s]: its duration, or all of the motion."""
         if self.duration is not None:
             return self.duration
         return length_of(self.segments)

@@ -1,6 +1,6 @@
-"""What hangs on the arm of a scenario beyond its robot's file, by one of three ways.
+"""Finds the load on the arm of a scenario beyond its robot's file, in one of three ways.
 
-It is moved by hand, or driven to postures, and read at rest; or a motion of it was logged.
+The arm is moved by hand or driven to postures and read at rest, or a motion of it was logged.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ from geoimp_drake.validation import check, finite_array
 
 __all__ = ["payload_driven", "payload_logged", "payload_of"]
 
-# Statuses of which a posture's mean is taken.
+# The number of statuses in a posture's mean.
 _SAMPLES = 100
 
 # A load, and the names of the joints from base to hand.
@@ -40,12 +40,12 @@ Found = tuple[IdentifiedLoad, tuple[str, ...]]
 
 
 class _Bare(NamedTuple):
-    """An arm in the air, and what its robot's file says of it, without a payload.
+    """An arm in free space, and its model from the robot's file, without a payload.
 
     Attributes:
         real: the scenario without surface and push.
         model: of the arm without a payload.
-        tool: what its wrist sensor carries then.
+        tool: load of its wrist sensor in that case.
     """
 
     real: SingleArmScenario
@@ -60,16 +60,16 @@ def payload_of(
     *,
     at_wrist: bool = False,
 ) -> Found:
-    """Returns what hangs on the arm of a scenario beyond its robot's file, and the joints' names.
+    """Returns the load on the arm of a scenario beyond its robot's file, and the joints' names.
 
-    Nothing is commanded to a real robot: it is moved by hand. The scenario's plant is put into each
-    posture, without surface and push.
+    A real robot gets no commands: it is moved by hand. A simulated one is put into each posture,
+    without surface and push.
 
     Args:
         scenario: with a robot of its own.
-        count: of postures.
-        wait: returns when the robot rests in a posture, whose number it gets.
-        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
+        count: number of postures.
+        wait: gets the number of a posture, and returns when the robot rests in it.
+        at_wrist: uses the wrench that the robot reports instead of its joints' torques.
 
     Raises:
         RobotError: the robot does not answer, moves, or reports no external torques, or no wrench.
@@ -96,16 +96,16 @@ def payload_of(
 def payload_driven(
     scenario: SingleArmScenario, postures: Array, *, at_wrist: bool = False
 ) -> Found:
-    """Returns the same of an arm that is driven to postures, and rests in each.
+    """Returns the same for an arm that is driven to postures, and rests in each.
 
-    All joints move at once; D is where the hand is then. Neither load nor bias moves C away from
-    D: no wrench is used on the way, so the arm does not yield to what it meets. The payload that
-    the scenario has is what the controller counts with; it need not be right.
+    All joints move at once, and D moves with the hand. No wrench is used meanwhile, so neither load
+    nor bias moves C away from D. For the same reason the arm does not yield to obstacles. The
+    controller assumes the scenario's payload, which need not be right.
 
     Args:
         scenario: with a robot of its own.
         postures: joint positions (m, n), from base to hand.
-        at_wrist: from the wrench that the robot reports, in the place of its joints' torques.
+        at_wrist: uses the wrench that the robot reports instead of its joints' torques.
 
     Raises:
         RobotError: the robot does not answer, is stopped before the last posture, or reports no
@@ -117,7 +117,7 @@ def payload_driven(
     _check_postures(postures, model)
     assert real.robot is not None
     blind = replace(driver, wrench="none", wrench_bias=np.zeros(6))
-    # Whatever task the scenario has, joints that are redundant keep to the tour's postures.
+    # Whatever the scenario's task, a redundant arm keeps to the tour's postures.
     held = replace(real.redundancy, task=None, k_beta=-POSTURE_RATE)
     driven = replace(real, robot=replace(real.robot, driver=blind), redundancy=held)
     is_simulated = driver.kind == "plant"
@@ -133,12 +133,12 @@ def payload_driven(
 def payload_logged(
     scenario: SingleArmScenario, log: dict[str, Array], *, at_wrist: bool = False
 ) -> Found:
-    """Returns the same from a motion of the arm that was logged, with the load's inertia.
+    """Returns the same from a logged motion of the arm, with the load's inertia.
 
     Args:
         scenario: with a robot of its own.
-        log: of a run or a drive, by its keys.
-        at_wrist: from the wrench in the log, in the place of the torques.
+        log: arrays of a run or a drive, by key.
+        at_wrist: uses the logged wrench instead of the torques.
 
     Raises:
         ConfigurationError: the log is not of this arm, or its motion does not show a load.

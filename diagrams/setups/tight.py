@@ -1,4 +1,4 @@
-"""Tight cooperation: two arms hold a bar; the object gets the impedance, and the grasp, too.
+"""Tight cooperation: two arms hold a bar; the object gets an impedance, and the grasp, too.
 
 ```
  desired_motion ─▶ cooperative controller ◀──▶ plant: arm ═ sensor ═ rod ═ bar ═ rod ═ sensor ═ arm
@@ -6,8 +6,8 @@
                                                                         ──── disk ▷ surface
 ```
 
-The first hand is the seven-joint arm's, at the bar's end on the side of −y; the second one is the
-six-joint arm's.
+The first hand is that of the seven-joint arm, at the bar's end towards −y; the second one is that
+of the six-joint arm.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,13 +50,13 @@ from geoimp_drake.validation import finite_vector
 
 __all__ = ["build_tight"]
 
-# Attitude of each hand at the start: it looks at the other one.
+# Attitude of each hand at the start: it faces the other one.
 _HAND_ATTITUDES = {SEVEN: np.array([-90.0, 0.0, -90.0]), SIX: np.array([90.0, 0.0, -90.0])}
 
 
 @dataclass
 class _Models:
-    """What was added to a plant."""
+    """The models that were added to a plant."""
 
     hands: dict[str, Frame]  # E by arm
     bar: RigidBody
@@ -81,7 +81,7 @@ def build_tight(
 
     Args:
         scenario: its open fields are filled in.
-        meshcat: where it is drawn, None for nowhere.
+        meshcat: draws the run; None for no drawing.
         live: add sliders there, see `SetupBuilder`.
         logged: with its log, see there.
 
@@ -117,7 +117,7 @@ def build_tight(
 
 
 def _sampled_loop(sensor: WristSensor, scenario: TightScenario) -> SampledLoop | None:
-    """Returns the loop of a hand that has half of what the object has, as its environment."""
+    """Returns the loop of a hand with half of the object's gains, and half of its environment."""
     if sensor.inertia is None:
         return None
     return sampled_loop(
@@ -154,7 +154,7 @@ def _attitude(arm: str) -> RotationMatrix:
 
 
 def _take_hold(plant: MultibodyPlant, models: _Models, scenario: TightScenario) -> None:
-    """Puts both hands, parallel to W, where they hold the bar."""
+    """Puts both hands, parallel to W, to the places where they hold the bar."""
     load = [models.bar.model_instance()]
     for arm, position in scenario.ends().items():
         instance = plant.GetModelInstanceByName(arm)
@@ -172,7 +172,7 @@ def _controller(
     scenario: TightScenario,
     sensors: Sequence[WristSensor],
 ) -> System:
-    """Returns the controller, made for the cell as it is assumed to be."""
+    """Returns the controller, made for the assumed cell."""
     if np.any(scenario.assumed.base_offset):
         plant = MultibodyPlant(scenario.plant.time_step)
         models = _add_models(plant, scenario, {SIX: scenario.assumed.base_offset})
@@ -187,7 +187,7 @@ def _controller(
 
 
 def _load(bar: RigidBody) -> ObjectLoad:
-    """Returns what the hands carry: its frame is O."""
+    """Returns the load of the hands; its frame is O."""
     M_OOo = bar.default_spatial_inertia()
     p_OG = M_OOo.get_com()
     inertia = M_OOo.Shift(p_OG).CalcRotationalInertia().CopyToFullMatrix3()
@@ -212,7 +212,7 @@ def _sensors(plant: MultibodyPlant, models: _Models, scenario: TightScenario) ->
 def _record(
     setup: SetupBuilder[_Models], scenario: TightScenario, desired: OutputPort, controller: System
 ) -> None:
-    """Logs what the log contract names for a tight cooperation."""
+    """Logs the keys of the log contract for a tight cooperation."""
     true, recorder, plant, models = setup.true_plant, setup.recorder, setup.plant, setup.models
     for k, arm in enumerate(ARMS, 1):
         ports = {

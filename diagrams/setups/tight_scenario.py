@@ -29,9 +29,9 @@ OBJECT = "object"  # in the log
 
 @dataclass
 class AssumedGeometry:
-    """What the controller believes of the cell, where that is not what it is."""
+    """The controller's assumptions about the cell, where they differ from it."""
 
-    # The mutual pose is what is assumed, not what is measured at the start.
+    # Whether the mutual pose is the assumed one, not the one measured at the start.
     prescribed: bool = False
     # Error of the assumed grasp: of the second hand's pose on the bar, in the axes of O.
     grasp_offset: Array = field(default_factory=lambda: np.zeros(3))  # [m]
@@ -47,13 +47,13 @@ class AssumedGeometry:
 
 @dataclass
 class TightScenario(CooperativeControllerConfig, RunSettings):
-    """Everything of a run with a bar in two hands; SI units, degrees where the name says so."""
+    """All settings of a run with a bar in two hands; SI units, degrees where the name says so."""
 
     sampling: SamplingConfig = field(default_factory=differenced)
-    load: ObjectLoad | None = None  # that the controller removes; by default the bar's own
+    load: ObjectLoad | None = None  # the one that the controller removes; by default the bar's own
     segments: list[MotionSegment] = field(default_factory=list)  # of the object's desired motion
     centre: Array = field(default_factory=lambda: np.array([0.0, 1.7, 0.95]))  # of the bar, in W
-    guesses: dict[str, list[float]] = field(default_factory=dict)  # near which to look, by arm
+    guesses: dict[str, list[float]] = field(default_factory=dict)  # to search near, by arm
     rod: float = 0.1  # between wrist sensor and grasp [m]
     bar: BarConfig = field(default_factory=BarConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
@@ -99,7 +99,7 @@ class TightScenario(CooperativeControllerConfig, RunSettings):
 
     @property
     def compliant(self) -> str:
-        """Name under which what is compliant is logged."""
+        """Name of the compliant object in the log."""
         return OBJECT
 
     def ends(self) -> dict[str, Array]:
@@ -108,7 +108,7 @@ class TightScenario(CooperativeControllerConfig, RunSettings):
         return {SEVEN: self.centre - half, SIX: self.centre + half}
 
     def told(self, load: ObjectLoad) -> CooperativeControllerConfig:
-        """Returns what the controller is told: with the bar's load unless another is given."""
+        """Returns the controller's configuration: with the bar's load unless another is given."""
         assumed = self.assumed
         told = dataclasses.replace(self, load=self.load or load, assumed=AssumedGeometry())
         if assumed.prescribed:

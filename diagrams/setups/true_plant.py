@@ -1,9 +1,10 @@
-"""The plant of a run as its world is: changed in its Context, so that models of it are nominal.
+"""The true plant of a run's world: only its Context is changed, so that models of it are nominal.
 
 Controllers and sensors take their models from the plant's default parameters, which stay as they
-are. Coulomb friction is a second actuator of each joint that holds it still with a limited torque:
-implicit, so that a joint sticks, with creep of that torque over a very stiff damping. Where that
-falls with the velocity (Stribeck), it is the largest, and a moving joint is pushed by the excess.
+are. Coulomb friction is a second actuator of each joint, which holds it still with a limited
+torque. It is implicit, so that a joint sticks; it creeps with that torque over a very stiff
+damping. If the friction falls with the velocity (Stribeck), the limit is the largest friction, and
+the excess pushes a moving joint.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +40,8 @@ from geoimp_drake.typing import Array
 
 __all__ = ["TruePlant", "add_friction"]
 
-# Of the actuators that stand for Coulomb friction: hardly a position, an all but rigid damping.
+# Gains of the actuators that stand for Coulomb friction: hardly a stiffness, an almost rigid
+# damping.
 _HOLDING = PdControllerGains(p=1e-6, d=1e6)
 
 
@@ -52,13 +54,13 @@ def add_friction(plant: MultibodyPlant, world: WorldConfig) -> None:
         torque = (1.0 + world.joints.stribeck) * world.joints.coulomb * actuator.effort_limit()
         friction = plant.AddJointActuator(f"{actuator.name()}_friction", actuator.joint(), torque)
         friction.set_controller_gains(_HOLDING)
-        # Of a joint's actuators Drake takes the last one's rotor for the joint's.
+        # Drake takes the rotor of a joint's last actuator for the joint's.
         friction.set_default_rotor_inertia(actuator.default_rotor_inertia())
         friction.set_default_gear_ratio(actuator.default_gear_ratio())
 
 
 class TruePlant:
-    """The plant of a diagram under construction, and what its world changes in it.
+    """The plant of a diagram under construction, and the changes by its world.
 
     Args:
         plant: finalized, with its friction; in `builder`.
@@ -96,7 +98,7 @@ class TruePlant:
             self._builder.Connect(source.get_output_port(), port)
 
     def _release_friction(self) -> None:
-        """Pushes moving joints by what the largest friction is above that at their velocity."""
+        """Pushes moving joints by the excess of the largest friction over the present one."""
         plant, joints, n = self._plant, self._world.joints, self._plant.num_velocities()
         fall = np.zeros(n)
         for actuator in self._friction():
@@ -115,7 +117,7 @@ class TruePlant:
         )
 
     def connect_readings(self, arm: ModelInstanceIndex, readings: InputPort) -> None:
-        """Connects the state of an arm [q; v] to who reads it, q as its encoders have it."""
+        """Connects the state of an arm [q; v] to its reader, with q as the encoders read it."""
         port, step = self._plant.get_state_output_port(arm), self._world.encoder_resolution
         if step:
             n = self._plant.num_positions(arm)
@@ -134,7 +136,7 @@ class TruePlant:
 
     def motion(self, frame: Frame, name: str) -> OutputPort:
         """Adds a system `name` that reads the true motion of a frame; returns its port."""
-        # A path has the joints where the controller takes them to be.
+        # A path assumes the joints to be where the controller believes them.
         path = path_to(self._plant, frame) if self._world.kinematics.is_none() else None
         return true_motion(self._builder, self._plant, frame, name, path)
 
@@ -157,7 +159,7 @@ class TruePlant:
         self._builder.Connect(torques, port)
 
     def hang_payloads(self, sensor: Joint) -> None:
-        """Has the payloads of the world hang before and beyond an arm's wrist sensor, a weld."""
+        """Hangs the payloads of the world before and beyond an arm's wrist sensor, a weld."""
         for body, payload, X_BS in (
             (sensor.parent_body(), self._world.payload_before, sensor.frame_on_parent()),
             (sensor.child_body(), self._world.payload_beyond, sensor.frame_on_child()),
@@ -166,7 +168,7 @@ class TruePlant:
                 self._payloads.append((body, payload, X_BS.GetFixedPoseInBodyFrame()))
 
     def record(self, recorder: Recorder) -> None:
-        """Puts what is true, beside what the controller knows, into the log."""
+        """Logs true values beside those that the controller knows."""
         plant, true, friction = self._plant, self._true_inertias(), list(self._friction())
         joints = [
             f"{plant.GetModelInstanceName(actuator.model_instance())}::{actuator.joint().name()}"
@@ -197,13 +199,13 @@ class TruePlant:
             frame = frames[name]
             frame.SetPoseInParentFrame(own, frame.GetPoseInParentFrame(own) @ X_FT)
         for delay, torques in self._delays:
-            # What a controller at rest has sent so far.
+            # The torques that a controller at rest has sent so far.
             sent = torques.Eval(torques.get_system().GetMyContextFromRoot(context))
             state = delay.GetMyMutableContextFromRoot(context).get_mutable_discrete_state_vector()
             state.SetFromVector(np.tile(sent, state.size() // len(sent)))
 
     def _true_inertias(self) -> Mapping[str, SpatialInertia]:
-        """Returns the inertia of each body that is not as the controller knows it, by name."""
+        """Returns the inertia of each body that differs from the controller's model, by name."""
         true = {}
         if not self._world.links.is_none():
             true = {link.scoped_name().get_full(): self._true_link(link) for link in self._links()}
@@ -237,9 +239,9 @@ class TruePlant:
                     yield actuator
 
     def _frames(self) -> dict[str, FixedOffsetFrame]:
-        """Returns the frame in which each of the arms' joints stands on the link before it.
+        """Returns the frame of each of the arms' joints on the link before it.
 
-        A joint in the very frame of that link has none, and is where it is.
+        A joint in that link's own frame has none, and cannot be moved.
         """
         return {
             f"{self._plant.GetModelInstanceName(joint.model_instance())}::{joint.name()}": frame

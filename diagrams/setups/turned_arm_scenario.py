@@ -15,14 +15,14 @@ __all__ = ["TurnedArmScenario"]
 
 @dataclass
 class TurnedArmScenario(SingleArmScenario):
-    """A run with one arm, and what somebody's hand does to its end effector."""
+    """A run with one arm, and the motion of somebody's hand on its end effector."""
 
     impedance: PeerImpedanceConfig = field(default_factory=PeerImpedanceConfig)
     hand: HandConfig = field(default_factory=HandConfig)
 
     @property
     def length(self) -> float:
-        """How long the run is [s]: its duration, or until the hand has done its laps."""
+        """Length of the run [s]: its duration, or until the hand has finished its laps."""
         return self.hand.duration if self.duration is None else self.duration
 
     def check_moves(self, segments: Sequence[MotionSegment]) -> None:

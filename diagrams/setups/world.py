@@ -1,4 +1,4 @@
-"""What the plant of a run has and its controller does not know; by default nothing."""
+"""Properties of a run's plant that its controller does not know; by default none."""
 
 from dataclasses import dataclass, field
 
@@ -30,18 +30,18 @@ def _fill_in(
 ) -> None:
     """Draws numbers for each name, uniformly within `largest` of the nominal ones.
 
-    If some are there already, or nothing is to be drawn, they stay as they are.
+    If there are some already, or nothing is to be drawn, they stay as they are.
 
     Args:
-        drawn: where they go, by name.
-        names: of all.
+        drawn: gets the numbers, by name.
+        names: of all that need numbers.
         nominal: numbers (k,).
-        largest: how far each is from that at most (k,).
+        largest: largest distance of each from the nominal one (k,).
         seed: of the draws.
-        of: the configuration's name, and what the names are of, for errors.
+        of: the configuration's name, and the kind of the names, for errors.
 
     Raises:
-        ConfigurationError: some are there for other names.
+        ConfigurationError: there are numbers for other names.
     """
     if drawn and set(drawn) != set(names):
         raise ConfigurationError(
@@ -59,8 +59,8 @@ def _fill_in(
 class LinkErrors:
     """How the arms' links differ from the controller's model of them.
 
-    With a spread each link's own factor, or shift, is drawn uniformly within it; what was drawn is
-    in `drawn`, where it can also be given.
+    With a spread, each link's own factor, or shift, is drawn uniformly within it. The draws are in
+    `drawn`, where they can also be given.
     """
 
     mass: float = 1.0  # factor of every mass, its inertia included
@@ -91,10 +91,10 @@ class LinkErrors:
         return not (any(given) or any(self._spreads()) or self.drawn)
 
     def draw(self, links: list[str], seed: int) -> None:
-        """Fills in `drawn` for these links, unless it is there or nothing is to be drawn.
+        """Fills in `drawn` for these links, unless it is given or nothing is to be drawn.
 
         Raises:
-            ConfigurationError: `drawn` is there for other links.
+            ConfigurationError: `drawn` is given for other links.
         """
         nominal = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
         largest = np.repeat(self._spreads(), (1, 1, 3))
@@ -111,7 +111,7 @@ class LinkErrors:
 
 @dataclass
 class JointErrors:
-    """What the arms' joints have beyond the controller's model of them."""
+    """Friction of the arms' joints beyond the controller's model of them."""
 
     coulomb: float = 0.0  # friction as a share of each joint's effort limit
     stribeck: float = 0.0  # further friction of a joint at rest, as a share of the Coulomb friction
@@ -132,10 +132,10 @@ class JointErrors:
 
 @dataclass
 class KinematicErrors:
-    """Where the arms' joints are, off the controller's model of them.
+    """Displacements of the arms' joints from the controller's model of them.
 
     Each joint's own shift along the axes of its frame, and its rotation about them in turn, are
-    drawn uniformly; what was drawn is in `drawn`, where it can also be given.
+    drawn uniformly. The draws are in `drawn`, where they can also be given.
     """
 
     position_spread: float = 0.0  # along each axis [m]
@@ -151,23 +151,23 @@ class KinematicErrors:
             finite_vector(np.array(drawn), f"{key(name, 'drawn')}.{joint}", 6)
 
     def is_none(self) -> bool:
-        """Returns whether the joints are where the controller takes them to be."""
+        """Returns whether the joints are where the controller believes them."""
         return not (self.position_spread or self.rotation_spread_deg or self.drawn)
 
     def draw(self, joints: list[str], seed: int) -> None:
-        """Fills in `drawn` for these joints, unless it is there or nothing is to be drawn.
+        """Fills in `drawn` for these joints, unless it is given or nothing is to be drawn.
 
         Raises:
-            ConfigurationError: `drawn` is there for other joints.
+            ConfigurationError: `drawn` is given for other joints.
         """
         largest = np.repeat([self.position_spread, self.rotation_spread_deg], 3)
-        # Other numbers than those of the links.
+        # Other random numbers than those of the links.
         _fill_in(self.drawn, joints, np.zeros(6), largest, [seed, 1], ("kinematics", "joints"))
 
 
 @dataclass
 class PayloadError:
-    """A mass that hangs on an arm, and of which its controller does not know."""
+    """A mass on an arm of which its controller does not know."""
 
     mass: float = 0.0  # [kg]
     centre: Array = field(default_factory=lambda: np.zeros(3))  # in the sensor's frame S [m]
@@ -180,12 +180,12 @@ class PayloadError:
 
 @dataclass
 class WorldConfig:
-    """What is true of the plant, where that is not what the controller knows.
+    """The true plant, where it differs from what the controller knows.
 
     The errors of the wrist sensor (bias, noise, resolution, filter, delay) are in `sensor`.
     """
 
-    seed: int = 0  # of what is drawn; the run's is added
+    seed: int = 0  # of the draws; the run's is added
     links: LinkErrors = field(default_factory=LinkErrors)
     joints: JointErrors = field(default_factory=JointErrors)
     kinematics: KinematicErrors = field(default_factory=KinematicErrors)
@@ -203,7 +203,7 @@ class WorldConfig:
         non_negative(self.encoder_resolution, key(name, "encoder_resolution"))
 
     def check_step(self, name: str, time_step: float) -> None:
-        """Raises ConfigurationError if something cannot be had with a plant's time step [s]."""
+        """Raises ConfigurationError if a plant's time step does not allow something [s]."""
         if self.joints.coulomb and time_step == 0.0:
             raise ConfigurationError(
                 f"{key(name, 'joints.coulomb')} is {self.joints.coulomb:g}, but the plant is "
@@ -217,12 +217,12 @@ class WorldConfig:
             )
 
     def delay_steps(self, time_step: float) -> int:
-        """Returns the torque's delay in steps [s]; zero if it is no whole number of them."""
+        """Returns the torque's delay in steps; zero if that is not a whole number [s]."""
         steps = round(self.torque_delay / time_step) if time_step else 0
         return steps if abs(steps * time_step - self.torque_delay) < 1e-9 else 0
 
     def is_none(self) -> bool:
-        """Returns whether all is as the controller knows it."""
+        """Returns whether the plant is as the controller knows it."""
         others = (
             self.joints.coulomb,
             self.joints.viscous - 1.0,
