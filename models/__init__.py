@@ -1,7 +1,7 @@
 """Robots, sensor, tools and surfaces, installed as `geoimp_drake.models`.
 
-Where each number comes from: PROVENANCE.md beside this file. The model files are written by
-`python -m geoimp_drake.models.generate` from the tables in `robot_data`.
+PROVENANCE.md beside this file names the source of each number. `python -m
+geoimp_drake.models.generate` writes the model files from the tables in `robot_data`.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ def model_path(name: str) -> str:
     """Returns the path of the model file `name`, such as `"six_joint_arm"` or a full file name.
 
     Raises:
-        ConfigurationError: there is no such model; the message lists those that there are.
+        ConfigurationError: there is no such model; the message lists the valid names.
     """
     models = {path.stem: path for path in sorted(_FOLDER.glob("*.urdf"))}
     stem = name.removesuffix(".urdf")

@@ -1,6 +1,6 @@
 """Writes the model files from the tables: `python -m geoimp_drake.models.generate`.
 
-The joint frame of joint i has its z axis on the Denavit-Hartenberg axis z_{i-1}; at the
+The joint frame of joint i has its z axis on the Denavit-Hartenberg axis z_{i-1}. At the
 manufacturer's zero it coincides with the Denavit-Hartenberg frame i-1. Link i and its joint share
 that frame. The link's contents are described in P_i, which is the link's frame turned about z so
 that x lies along a_i.
@@ -124,7 +124,7 @@ def _distal_frame(data: JointData) -> tuple[_Triple, _Triple]:
 
 
 def _sensor() -> list[Element]:
-    """Makes the two halves; the weld between them is where the wrench is measured."""
+    """Makes the two halves; the weld between them measures the wrench."""
     half = SENSOR.length / 2
     masses = (SENSOR.mount_mass, SENSOR.tool_side_mass)
     inertias = [SpatialInertia.SolidCylinderWithMass(m, SENSOR.radius, half, _UP) for m in masses]

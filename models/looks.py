@@ -1,7 +1,7 @@
-"""What the parts look like. Nothing here has mass or touches anything.
+"""The looks of the parts. Nothing here has mass or touches anything.
 
-The shapes of arm link i are described in the frame P_i: its origin on joint i's axis, z along that
-axis, x along the Denavit-Hartenberg a_i. The next joint's axis passes through (a_i, 0, d_i).
+The shapes of arm link i are given in the frame P_i. Its origin is on joint i's axis, z is along
+that axis, x along the Denavit-Hartenberg a_i. The next joint's axis passes through (a_i, 0, d_i).
 Lengths in metres, angles in degrees. A casting's mesh stands on its own z axis before it is placed.
 """
 

@@ -125,7 +125,7 @@ class ToolData:
 
 
 # The uniform solids that stand for the links: (sides, centre) [m] of the box that spans each
-# casting, in the frame P_i: origin on joint i's axis, z along it, x along a_i.
+# casting. They are in the frame P_i: origin on joint i's axis, z along it, x along a_i.
 LINK_BOXES = (
     ((0.42, 0.36, 0.50), (0.06, 0.0, 0.70)),
     ((0.80, 0.16, 0.12), (0.325, 0.0, 0.0)),

@@ -1,1 +1,1 @@
-"""What stands in the cell: arms, surfaces, bar, peg and hole."""
+"""The contents of the cell: arms, surfaces, bar, peg and hole."""

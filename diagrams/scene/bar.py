@@ -6,11 +6,11 @@
                            ──D── disk, looking down
 ```
 
-The bar is welded to one hand. The other holds it through a stiff bushing, which is the flexibility
-of a real grasp and can be opened in a Context, or rigidly by a weld constraint.
+The bar is welded to one hand. The other holds it through a stiff bushing, or rigidly by a weld
+constraint. The bushing models the flexibility of a real grasp, and can be opened in a Context.
 
-Frames: O in the middle of the bar, y along it; E_k at its ends, parallel to O; D at the disk's
-centre, z out of it; S a hand's mounting face behind the wrist sensor.
+Frames: O is in the middle of the bar, y along it. E_k are at its ends, parallel to O. D is at the
+disk's centre, z out of it. S is a hand's mounting face behind the wrist sensor.
 """
 
 from dataclasses import dataclass, field
@@ -98,7 +98,7 @@ class GraspConfig:
 
 
 def add_bar(plant: MultibodyPlant, config: BarConfig) -> RigidBody:
-    """Adds the bar with stick and disk, not yet held by anything; its frame is O.
+    """Adds the bar with stick and disk, which nothing holds yet; its frame is O.
 
     The frames `end_1`, `end_2` (at −y and +y) and `disk` are in the same model instance.
     """
@@ -134,7 +134,7 @@ def add_bar(plant: MultibodyPlant, config: BarConfig) -> RigidBody:
 def add_grasp(
     plant: MultibodyPlant, hand: Frame, end: Frame, config: GraspConfig
 ) -> LinearBushingRollPitchYaw | None:
-    """Makes a hand hold an end of the bar; both frames coincide and are parallel to W at the start.
+    """Lets a hand hold an end of the bar; both frames coincide and are parallel to W at the start.
 
     The bushing bears half of the bar's weight there, so that neither hand pulls at the other.
 
@@ -163,7 +163,7 @@ def add_grasp(
 
 
 def open_grasp(bushing: LinearBushingRollPitchYaw, plant_context: Context) -> None:
-    """Opens a grasp in a plant's context: the bushing transmits nothing any more."""
+    """Opens a grasp in a plant's context: the bushing then transmits nothing."""
     for set_zero in (
         bushing.SetTorqueStiffnessConstants,
         bushing.SetTorqueDampingConstants,

@@ -2,8 +2,8 @@
 
     W ── base ─(track)─ waist … tool_roll ─ flange ═ mount ═[wrist_sensor]═ tool_side ═ tool: disk
 
-Double lines are welds. The weld `wrist_sensor` carries everything that the sensor measures.
-Model instances are called after the arm: `six`, `six_sensor`, `six_tool`, and the same for `seven`.
+Double lines are welds. The weld `wrist_sensor` carries everything that the sensor measures. Model
+instances are named after the arm: `six`, `six_sensor`, `six_tool`, and the same for `seven`.
 """
 
 from collections.abc import Mapping
@@ -52,15 +52,15 @@ def add_cell(
     """Adds the models of a cell to a plant that is not finalized yet.
 
     Args:
-        plant: the plant; register it with a SceneGraph first if the cell is to be seen.
+        plant: the plant; register it with a SceneGraph first if the cell is to be visible.
         cell: one of `CELLS`, the names of the model directives beside this file.
-        offsets: by which the bases of arms are displaced from there, in W (3) [m].
+        offsets: displacements of the arms' bases, in W (3) [m].
 
     Returns:
         The model instances that were added, by name.
 
     Raises:
-        ConfigurationError: there is no such cell; the message lists those that there are.
+        ConfigurationError: there is no such cell; the message lists the valid names.
     """
     if cell not in CELLS:
         raise ConfigurationError(f"no cell is called {cell!r}; choose from {', '.join(CELLS)}")

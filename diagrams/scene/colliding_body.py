@@ -21,7 +21,7 @@ from geoimp_drake.validation import finite_vector, key, positive
 
 __all__ = ["BALL_RADIUS", "CollidingBody", "ContactForce"]
 
-BALL_RADIUS = 0.02  # of what touches, about E's origin [m]
+BALL_RADIUS = 0.02  # of the touching ball, about E's origin [m]
 _SIZE = np.array([0.8, 0.8, 0.1])  # of the body; its face is the first two [m]
 _RIGID = 1e10  # of the ball [N/m]
 _COLOUR = np.array([0.9, 0.7, 0.6, 1.0])

@@ -1,4 +1,4 @@
-"""How far a peg is in its hole."""
+"""The pose of a peg relative to its hole."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ __all__ = ["Insertion", "insertion"]
 
 
 class Insertion(NamedTuple):
-    """Where a peg is, seen from its hole."""
+    """The pose of a peg, seen from its hole."""
 
     depth: float  # [m] of the centre of the tip behind the mouth, along the hole's axis
     offset: float  # [m] of the centre of the tip from the hole's axis

@@ -1,7 +1,7 @@
-"""The six-joint cell as MuJoCo reads it: the same URDF files, put together where the plant's are.
+"""The six-joint cell for MuJoCo: the same URDF files, joined at the same places as in the plant.
 
-MuJoCo reads links, inertias, joints and damping; welds between files, frames and rotors, which a
-URDF has no words for, come from the plant. What is only seen is left out.
+MuJoCo reads links, inertias, joints and damping. A URDF cannot describe welds between files, frames
+and rotors; these come from the plant. Visual shapes are left out.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -19,7 +19,7 @@ from geoimp_drake.models import model_path
 
 __all__ = ["END_EFFECTOR_SITE", "arm_spec", "cell_spec", "load_mujoco", "scoped"]
 
-# Of each of the cell's model instances the file that it is read from.
+# The file of each of the cell's model instances.
 _FILES = {"": "six_joint_arm", "_sensor": "wrist_sensor", "_tool": "stick_and_disk"}
 
 _SENSOR_SITE, END_EFFECTOR_SITE = "sensor", "end_effector"
@@ -33,9 +33,9 @@ def load_mujoco() -> Any:
 
 
 def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint) -> Any:
-    """Returns the arm, its wrist sensor and its tool as an MjSpec, to be added to and compiled.
+    """Returns the arm, its wrist sensor and its tool as an MjSpec, to be extended and compiled.
 
-    Its sensor data are torque and force at the wrist sensor, on the tool, in S; it has the site
+    Its sensor data are torque and force at the wrist sensor, on the tool, in S. It has the site
     `END_EFFECTOR_SITE`.
 
     Args:
@@ -52,7 +52,7 @@ def cell_spec(plant: MultibodyPlant, arm: str, E: Frame, sensor_joint: WeldJoint
     spec.compiler.fusestatic = False
     spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.timestep = plant.time_step()
-    # What diverges is to be seen, not begun again.
+    # A divergence must show, not restart the simulation.
     spec.option.disableflags = mj.mjtDisableBit.mjDSBL_AUTORESET
     spec.option.gravity = plant.gravity_field().gravity_vector()
     instances = [plant.GetModelInstanceByName(f"{arm}{suffix}") for suffix in _FILES]
@@ -92,7 +92,7 @@ def scoped(body: Any) -> str:
 
 
 def _without_looks(file: str) -> str:
-    """Returns a model's URDF without its visuals, whose meshes MuJoCo would look for."""
+    """Returns a model's URDF without its visuals, whose meshes MuJoCo would search for."""
     robot = ElementTree.parse(Path(model_path(file))).getroot()
     for link in robot.iter("link"):
         for visual in link.findall("visual"):
@@ -101,7 +101,7 @@ def _without_looks(file: str) -> str:
 
 
 def _attach(spec: Any, plant: MultibodyPlant, instance: ModelInstanceIndex, model: Any) -> None:
-    """Attaches a model where a weld of the plant holds its first link."""
+    """Attaches a model at the place where a weld of the plant holds its first link."""
     weld = _weld_of(plant, instance)
     root = weld.child_body()
     X_PB = (
@@ -117,7 +117,7 @@ def _attach(spec: Any, plant: MultibodyPlant, instance: ModelInstanceIndex, mode
 
 
 def _weld_of(plant: MultibodyPlant, instance: ModelInstanceIndex) -> WeldJoint:
-    """Returns the weld between a model instance and what carries it."""
+    """Returns the weld between a model instance and the body that carries it."""
     joints = map(plant.get_joint, plant.GetJointIndices())
     return next(
         joint

@@ -1,13 +1,13 @@
 """A surface to feel in MuJoCo: the plate on its mount of `surface`, its layer a bed of springs.
 
-Drake's layer presses with k_h/(πr²) times depth on the triangles of the disk's polygon, in one
-point of each: so there is a sphere in the middle of each, with its share of the stiffness, and the
+Drake's layer presses with k_h/(πr²) times depth on the triangles of the disk's polygon, at one
+point of each. So here is a sphere in the middle of each, with its share of the stiffness, and the
 press test measures the same. In MuJoCo a contact of impedance d pushes with
 
     f = d/((1 − d) A) (a_ref − a),   a_ref = −b v − k x
 
-A the sum of both bodies' inverse weights, so that k and b follow from stiffness and damping; the
-term in the acceleration a is a mass, which a small d makes small.
+where A is the sum of both bodies' inverse weights. So k and b follow from stiffness and damping.
+The term in the acceleration a is a mass, which a small d makes small.
 """
 
 from typing import Any
@@ -29,8 +29,8 @@ PLATE, _POINT, _LAYER = "plate", "disk", "layer"
 
 _IMPEDANCE = 0.005  # d of every contact
 _SPHERE = 1e-4  # radius of the points [m]
-# Friction is no spring: what slides within the cone is to stop, b of it [1/s], and an implicit
-# force, which a small regularization makes it.
+# Friction is no spring: it stops sliding within the cone, with the rate b [1/s]. It is an implicit
+# force if the regularization is small.
 _STICKING, _FRICTION_OVER_NORMAL = 500.0, 1e4
 
 
@@ -58,11 +58,11 @@ def add_plate(spec: Any, config: SurfaceConfig, X_WS: RigidTransform) -> None:
     slide, hinge = mj.mjtJoint.mjJNT_SLIDE, mj.mjtJoint.mjJNT_HINGE
     for kind, axes, stiffness, damping in (
         (slide, np.eye(3), config.mount_stiffness, config.mount_damping),
-        # As roll, pitch and yaw of Drake's bushing: the yaw first.
+        # Like roll, pitch and yaw of Drake's bushing: the yaw first.
         (hinge, np.eye(3)[::-1], config.mount_tilt_stiffness, config.mount_tilt_damping),
     ):
         for axis in axes:
-            # Of polynomials in displacement and speed the first coefficients.
+            # The first coefficients of polynomials in displacement and speed.
             springs = {"stiffness": [stiffness, 0.0, 0.0], "damping": [damping, 0.0, 0.0]}
             plate.add_joint(type=kind, axis=axis, **springs)
     plate.add_geom(
@@ -110,7 +110,7 @@ def add_disk(
 
 
 def stiffen(model: Any, config: SurfaceConfig) -> None:
-    """Gives the disk's points the layer's stiffness; inverse weights are known once compiled."""
+    """Gives the disk's points the layer's stiffness; inverse weights exist once it is compiled."""
     bodies = {int(model.geom_bodyid[geom[0]]) for geom in (model.pair_geom1, model.pair_geom2)}
     inverse_weight = sum(float(model.body_invweight0[body][0]) for body in bodies)
     corner = 2.0 * np.pi / model.npair
@@ -121,7 +121,7 @@ def stiffen(model: Any, config: SurfaceConfig) -> None:
 
 
 def _points(sides: int) -> Array:
-    """Returns the middles of the triangles (sides, 3) of a polygon."""
+    """Returns the centres of the triangles (sides, 3) of a polygon."""
     corners = np.array(regular_polygon(sides, DISK_RADIUS, 0.0))
     return (corners + np.roll(corners, -1, axis=0)) / 3.0
 
@@ -139,7 +139,7 @@ def _check_layer(config: SurfaceConfig, step: float) -> None:
 
 
 class MujocoPressRig:
-    """The rig of `press.measure` in MuJoCo: a disk that is held against a surface, S being W.
+    """The rig of `press.measure` in MuJoCo: a disk is held against a surface, where S is W.
 
     Args:
         config: of the surface; the disk has the same friction.
@@ -159,7 +159,7 @@ class MujocoPressRig:
         stiffen(self._model, config)
 
     def press(self, depth: float, tilt: Array | None = None, duration: float = 0.25) -> Array:
-        """Returns the wrench on the surface about the disk's centre, as `PressRig.press`."""
+        """Returns the wrench on the surface about the disk's centre, like `PressRig.press`."""
         mj, model = self._mj, self._model
         data, (X_SP, X_PD) = mj.MjData(model), placed(depth, tilt)
         X_WD = X_SP @ X_PD

@@ -1,4 +1,4 @@
-"""A peg, and a block with a blind hole for it, to be welded to whatever carries them.
+"""A peg, and a block with a blind hole for it, to be welded to the bodies that carry them.
 
              H: centre of the mouth, z out of the hole
     ┌────────┐ │ ┌────────┐
@@ -8,8 +8,8 @@
     └──────────┼──────────┘
                P: centre of the tip, z out of the tip, against z_H when the peg arrives
 
-Use a discrete plant with the SAP approximation: "lagged" creeps under friction and costs more.
-See `geoimp_drake.diagrams.scene.insertion` for how far a peg is in its hole.
+Use a discrete plant with the SAP approximation: "lagged" creeps under friction and costs more. See
+`geoimp_drake.diagrams.scene.insertion` for the pose of a peg in its hole.
 """
 
 from pydrake.geometry import (
@@ -61,7 +61,7 @@ def add_peg(
     peg = _add_welded(plant, frame, X_FP, M_C.Shift(-X_PC.translation()), name)
     plant.RegisterVisualGeometry(peg, X_PC, Cylinder(radius, length), "peg", config.peg_color)
     properties = _material(config, config.relaxation_time, config.dissipation)
-    # A mesh of tetrahedra is taken as it is: it needs no resolution hint.
+    # Drake uses a mesh of tetrahedra as it is: it needs no resolution hint.
     AddCompliantHydroelasticProperties(
         hydroelastic_modulus=config.modulus, properties=properties, resolution_hint=radius
     )
@@ -99,7 +99,7 @@ def add_block(
     M_H = CalcSpatialInertia(shape, config.block_density)
     block = _add_welded(plant, frame, X_FH, M_H, name)
     plant.RegisterVisualGeometry(block, X_HH, shape, "block", config.block_color)
-    # Drake adds the relaxation times of both sides: the peg's is the whole.
+    # Drake adds the relaxation times of both sides: the peg has all of it.
     properties = _material(config, 0.0, 0.0)
     AddRigidHydroelasticProperties(properties)
     for facet, mesh in hole_facets(config).items():

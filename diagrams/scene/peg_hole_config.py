@@ -24,14 +24,15 @@ _LENGTHS = (
 class PegHoleConfig:
     """A steel peg and a wooden block with a blind hole; the defaults are the chapter's.
 
-    In contact both are polygonal. The hole's polygon is circumscribed: its inscribed circle is
-    the hole. The peg's has corners as far outside the peg's circle as its sides are inside, as a
-    ratio. So the play is what the diameters say within the bounds of `play_bounds`, whatever the
+    In contact both are polygonal. The hole's polygon is circumscribed: its inscribed circle is the
+    hole. The peg's polygon has corners as far outside the peg's circle as its sides are inside, as
+    a ratio. So the play is that of the diameters within the bounds of `play_bounds`, whatever the
     direction and the roll. The time of a step grows with the sides, the peg's most of all.
 
-    The modulus is a compromise: a peg that lands flat on the bottom at 9 mm/s gives 33 N for an
-    instant, with ten times the modulus 60 N; but the sharp edge of the mouth holds a peg that
-    overlaps it by 0.3 mm with 40 N only after 2 mm, and with ten times the modulus after 1 mm.
+    The modulus is a compromise. A peg that lands flat on the bottom at 9 mm/s gives 33 N for an
+    instant; with ten times the modulus it gives 60 N. But the sharp edge of the mouth holds a peg
+    that overlaps it by 0.3 mm with 40 N only after 2 mm. With ten times the modulus it does so
+    after 1 mm.
     """
 
     peg_diameter: float = 0.017  # [m]
@@ -65,7 +66,7 @@ class PegHoleConfig:
         self._check_block(name)
 
     def play_bounds(self) -> tuple[float, float]:
-        """Returns between what the play [m] of a peg parallel to the hole is.
+        """Returns bounds of the play [m] of a peg parallel to the hole.
 
         The play is how far the peg can move sideways from the hole's axis. No direction and no
         roll of the peg has less than the first number or more than the second.
@@ -81,9 +82,10 @@ class PegHoleConfig:
         return float(self.peg_diameter / 2 / np.sqrt(np.cos(np.pi / self.peg_sides)))
 
     def facet_half_width(self) -> float:
-        """Returns half the width at the mouth of the triangles that make the hole's wall [m].
+        """Returns half the width, at the mouth, of the triangles that make the hole's wall [m].
 
-        Each is as wide as its side at the bottom and runs to a point at the block's back.
+        At the hole's bottom each triangle is as wide as its side of the hole; it runs to a point at
+        the block's back.
         """
         side = self.hole_diameter / 2 * np.tan(np.pi / self.hole_sides)
         return float(side * self.block_length / (self.block_length - self.hole_depth))

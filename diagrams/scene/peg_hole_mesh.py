@@ -1,12 +1,13 @@
 """Meshes of a peg and of a block with a blind hole, in memory.
 
-P is at the centre of the peg's tip, z_P out of the tip; H is at the centre of the hole's mouth, z_H
+P is at the centre of the peg's tip, z_P out of the tip. H is at the centre of the hole's mouth, z_H
 out of the hole.
 
 The time of a step goes into pairs of elements whose bounding boxes overlap, and into a contact
-point for each pair that meets. So the peg has few tetrahedra, and the hole few triangles, nearly
-each a mesh of its own: a leaf of Drake's tree holds three, and three sides of a hole fill a fat
-box. Where a triangle is wider than what it stands for, the rest of it is inside the wood.
+point for each pair that meets. So the peg has few tetrahedra, and the hole few triangles. Nearly
+each triangle is a mesh of its own, since a leaf of Drake's tree holds three elements. Three sides
+of a hole would fill a fat box. Where a triangle is wider than its side of the hole, the rest of it
+is inside the wood.
 """
 
 from itertools import pairwise
@@ -20,19 +21,19 @@ from geoimp_drake.typing import Array
 
 __all__ = ["block_shape", "hole_facets", "peg_volume"]
 
-# The corners of the peg's back are this much farther back, one after the other [m]. Drake's tree
-# halves the elements along their common box's longest axis, the peg's: with the stagger, that
+# Each corner of the peg's back is this much farther back than the one before [m]. Drake's tree
+# halves the elements along the longest axis of their common box, the peg's. With the stagger, that
 # halves them by their azimuth as well.
 _STAGGER = 1e-6
-_SHOWN_SIDES = 64  # of the hole that is drawn and weighed
+_SHOWN_SIDES = 64  # of the hole that is drawn and gives the mass
 
 
 def peg_volume(config: PegHoleConfig) -> Mesh:
     """Returns the peg as tetrahedra, in P.
 
-    All of them share the one inner vertex, the peg's middle, where Drake lets the pressure be the
-    modulus. Far from the tip and near the sides, it makes landing on the bottom softer than what
-    the edge of the mouth presses upon.
+    All of them share the one inner vertex, in the peg's middle, where Drake's pressure is the
+    modulus. That vertex is far from the tip and near the sides. So landing on the bottom is softer
+    than pressing on the edge of the mouth.
     """
     n = config.peg_sides
     tip = regular_polygon(n, config.peg_circumradius(), 0.0)
@@ -40,7 +41,7 @@ def peg_volume(config: PegHoleConfig) -> Mesh:
     inner = np.array([[0.0, 0.0, -config.peg_length / 2]])
     skin = np.vstack([_fan(n, 0), _band(n), _fan(n, n)[:, ::-1]])
     apex = np.full((len(skin), 1), 2 * n)
-    # Drake expects the first three counterclockwise as the fourth sees them.
+    # Drake expects the first three counterclockwise, seen from the fourth.
     volume = Polyhedra(np.vstack([tip, back, inner]), np.hstack([skin[:, ::-1], apex]))
     return volume.tetrahedra("peg")
 
@@ -83,7 +84,7 @@ def block_shape(config: PegHoleConfig) -> Mesh:
 
 
 def _fan(n: int, first: int) -> Array:
-    """Triangles of a polygon seen from +z, its vertices numbered from `first`."""
+    """Triangles of a polygon seen from +z, with vertices numbered from `first`."""
     i = np.arange(1, n - 1)
     return first + np.column_stack([np.zeros_like(i), i, i + 1])
 
@@ -96,7 +97,7 @@ def _band(n: int) -> Array:
 
 
 def _mouth(n: int, radius: float, width: float) -> Polyhedra:
-    """A square with a hole of n sides, seen from +z: a quarter of the triangles after another."""
+    """A square with a hole of n sides, seen from +z: the triangles quarter by quarter."""
     square = regular_polygon(4, width / np.sqrt(2), 0.0)
     triangles = []
     for corner in range(4):
@@ -108,7 +109,7 @@ def _mouth(n: int, radius: float, width: float) -> Polyhedra:
 
 
 def _part(whole: Polyhedra, elements: Array) -> Polyhedra:
-    """Some of the elements, with no vertices but theirs."""
+    """Some of the elements, with only their own vertices."""
     used, numbers = np.unique(elements, return_inverse=True)
     return Polyhedra(whole.vertices[used], numbers.reshape(elements.shape))
 

@@ -17,21 +17,21 @@ class Polyhedra:
 
     Attributes:
         vertices: [m], shape (N, 3).
-        elements: numbers of vertices, shape (M, 3), counterclockwise as seen from outside; or
-            (M, 4), the first three counterclockwise as the fourth sees them.
+        elements: numbers of vertices, shape (M, 3), counterclockwise seen from outside; or (M, 4),
+            the first three counterclockwise seen from the fourth.
     """
 
     vertices: Array
     elements: Array
 
     def triangles(self, name: str) -> Mesh:
-        """Returns a surface for Drake; messages call it by its name."""
+        """Returns a surface for Drake; messages use its name."""
         lines = [f"v {row}" for row in _rows(self.vertices)]
         lines += [f"f {row}" for row in _rows(self.elements + 1)]
         return _in_memory(lines, f"{name}.obj")
 
     def tetrahedra(self, name: str) -> Mesh:
-        """Returns a volume for Drake; messages call it by its name."""
+        """Returns a volume for Drake; messages use its name."""
         n = len(self.elements)
         lines = ["# vtk DataFile Version 3.0", name, "ASCII", "DATASET UNSTRUCTURED_GRID"]
         lines += [f"POINTS {len(self.vertices)} double", *_rows(self.vertices)]

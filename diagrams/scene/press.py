@@ -30,7 +30,7 @@ __all__ = ["PressResult", "PressRig", "Rig", "measure", "placed", "press_test"]
 
 @dataclass
 class PressResult:
-    """What a press test has measured, about its preload."""
+    """The results of a press test, about its preload."""
 
     normal_stiffness: float  # [N/m]
     tilt_stiffness: Array  # [Nm/rad] about x and y of S, shape (2,)
@@ -39,10 +39,10 @@ class PressResult:
 
 
 class Rig(Protocol):
-    """What `measure` presses with."""
+    """The rig with which `measure` presses."""
 
     def press(self, depth: float, tilt: Array | None = None) -> Array:
-        """Returns the wrench on the surface about the disk's centre, in S (6), once it settled.
+        """Returns the settled wrench on the surface about the disk's centre, in S (6).
 
         Args:
             depth: of the disk's centre along −z of S [m].
@@ -53,7 +53,7 @@ class Rig(Protocol):
 class PressRig:
     """A plant with one surface and a disk that is held at a given pose.
 
-    Frames: S, the undeformed surface, z outward; D, the disk, z out of its face. Where the disk is
+    Frames: S is the undeformed surface, z outward; D is the disk, z out of its face. If the disk is
     not tilted, D is S turned by π about x.
 
     Args:
@@ -89,10 +89,10 @@ class PressRig:
         return self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
     def place(self, depth: float, tilt: Array | None = None) -> None:
-        """Resets: the disk held `depth` [m] behind S, the plate at rest against its face.
+        """Resets: holds the disk `depth` [m] behind S, with the plate at rest against its face.
 
-        A plate that starts at S instead would be struck by the disk, and friction would keep what
-        the blow leaves behind: newtons along the surface, a twentieth of the tilt stiffness.
+        The disk would strike a plate that starts at S. Friction would keep the effect of the blow:
+        newtons along the surface, a twentieth of the tilt stiffness.
 
         Args:
             depth: of the disk's centre along −z of S.
@@ -124,13 +124,13 @@ class PressRig:
         return sum(contacts, start=np.zeros(6))
 
     def press(self, depth: float, tilt: Array | None = None, duration: float = 0.25) -> Array:
-        """Returns the `wrench` of the disk at `depth` and `tilt`, see `place`, once it settled."""
+        """Returns the settled `wrench` of the disk at `depth` and `tilt`, see `place`."""
         self.place(depth, tilt)
         self.settle(duration)
         return self.wrench()
 
     def plate_pose(self) -> RigidTransform:
-        """Returns X_WS of the plate where it now is."""
+        """Returns the present X_WS of the plate."""
         return self.plant.EvalBodyPoseInWorld(self.plant_context, self.surface.body)
 
     def _set_pose(self, context: Context, body: RigidBody, X_WB: RigidTransform) -> None:
@@ -160,7 +160,7 @@ def press_test(
     Args:
         config: of the surface.
         X_WS: pose of the undeformed surface.
-        preload: normal force [N] about which is measured; the whole disk must press at `tilt`.
+        preload: normal force [N] about which it measures; the whole disk must press at `tilt`.
         step: of the depth [m].
         tilt: of the disk about its own centre [rad].
         pivot: p_SM [m] of the mount, see `add_surface`.

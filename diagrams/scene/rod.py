@@ -1,4 +1,4 @@
-"""A steel rod with its mounting plate, between a hand's wrist sensor and what the hand holds."""
+"""A steel rod with its mounting plate, between a hand's wrist sensor and the part that it holds."""
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder
@@ -55,6 +55,6 @@ def add_rod(plant: MultibodyPlant, arm: str, length: float, R_SE: RotationMatrix
 def draw(
     plant: MultibodyPlant, body: RigidBody, z: float, shape: Box | Cylinder, name: str, color: Array
 ) -> None:
-    """Draws a shape, its middle at height z; without a SceneGraph nothing is drawn."""
+    """Draws a shape with its middle at height z; without a SceneGraph it draws nothing."""
     if plant.geometry_source_is_registered():
         plant.RegisterVisualGeometry(body, RigidTransform([0, 0, z]), shape, name, color)

@@ -1,8 +1,8 @@
 """Surfaces to feel, and the rigid disk that feels them.
 
 A compliant hydroelastic layer of stiffness k_h [N/m] under a disk of radius r resists tilt with no
-more than k_h r²/4. A real sheet's two stiffnesses, normal and tilt, are therefore reached with the
-layer and a compliant mount in series: the layer is the front of a plate that a bushing holds.
+more than k_h r²/4. To reach both stiffnesses of a real sheet, normal and tilt, the layer is in
+series with a compliant mount. The layer is the front of a plate that a bushing holds.
 
        disk ▽          S: origin at the expected contact, z along the outward normal
     ───────S───────    layer (k_h): the front half of the plate
@@ -66,12 +66,12 @@ __all__ = [
 
 @dataclass
 class SurfaceHandles:
-    """What `add_surface` put into the plant."""
+    """The parts that `add_surface` put into the plant."""
 
     model_instance: ModelInstanceIndex
     body: RigidBody  # the plate; its frame is S
     geometry: GeometryId  # the layer's, for contact results
-    mount: LinearBushingRollPitchYaw  # its stiffness can be set in a context
+    mount: LinearBushingRollPitchYaw  # its stiffness can be changed in a context
     X_WS: RigidTransform  # of the undeformed surface
 
 
@@ -134,16 +134,17 @@ def add_disk_contact(
 
     Args:
         plant: registered with a SceneGraph and not yet finalized.
-        body: that carries the disk.
+        body: the one that carries the disk.
         X_BD: origin at the centre of the disk's front face, z out of the disk.
-        friction: Coulomb's μ [-]. Drake takes the harmonic mean with the surface's: give the same.
+        friction: Coulomb's μ [-]. Drake takes the harmonic mean with the surface's; give the same
+            number.
         radius: [m].
         thickness: [m].
-        resolution_hint: [m] length of the disk's edges at most. At 0.05 it is a heptagon; the
-            surfaces are calibrated for it, and finer ones feel stiffer and cost more.
+        resolution_hint: [m] greatest length of the disk's edges. At 0.05 the disk is a heptagon;
+            the surfaces are calibrated for it, and finer disks feel stiffer and cost more.
 
     Raises:
-        ConfigurationError: a number that cannot be used.
+        ConfigurationError: a number cannot be used.
     """
     non_negative(friction, "disk.friction")
     positive(thickness, "disk.thickness", "m")
@@ -151,7 +152,7 @@ def add_disk_contact(
     properties = ProximityProperties()
     AddRigidHydroelasticProperties(resolution_hint, properties)
     AddContactMaterial(friction=CoulombFriction(friction, friction), properties=properties)
-    # Drake adds the relaxation times of both sides, and its default would drown the layer's.
+    # Drake adds the relaxation times of both sides; its default would drown the layer's.
     properties.AddProperty("material", "relaxation_time", 0.0)
     return plant.RegisterCollisionGeometry(
         body, X_BD, _flat_cone(radius, thickness, sides), "disk", properties
@@ -161,8 +162,8 @@ def add_disk_contact(
 def _flat_cone(radius: float, height: float, n: int) -> Mesh:
     """Returns a disk for contact: a polygon of n sides at z = 0, and a point behind it.
 
-    The sides of a cylinder sink into the surface, and each makes faces there that carry nothing;
-    the sides of a cone look away from it, and Drake leaves them out.
+    The sides of a cylinder sink into the surface, and each makes faces there that carry nothing.
+    The sides of a cone face away from the surface, and Drake leaves them out.
     """
     middle, point = n, n + 1
     i, j = np.arange(n), (np.arange(n) + 1) % n
@@ -178,7 +179,7 @@ def _plate_pose(config: SurfaceConfig) -> RigidTransform:
 
 
 def _plate_inertia(config: SurfaceConfig) -> SpatialInertia:
-    """A box's, its mass behind S wherever the plate is: a push there should not turn the plate."""
+    """A box's, with its mass behind S wherever the plate is: a push there should not turn it."""
     M_PCo = SpatialInertia.SolidBoxWithMass(config.plate_mass, *config.size)
     return M_PCo.Shift(np.array([0.0, 0.0, config.size[2] / 2]))
 

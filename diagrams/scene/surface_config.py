@@ -1,4 +1,4 @@
-"""What a surface is made of, and the three surfaces of the chapter's experiments."""
+"""The configuration of a surface, and the three surfaces of the chapter's experiments."""
 
 from dataclasses import dataclass, field
 
@@ -61,11 +61,11 @@ class SurfaceConfig:
         choice(self.appearance, key(name, "appearance"), APPEARANCES)
 
     def normal_stiffness(self) -> float:
-        """Returns that of layer and mount in series [N/m]."""
+        """Returns the stiffness of layer and mount in series [N/m]."""
         return 1.0 / (1.0 / self.layer_stiffness + 1.0 / self.mount_stiffness)
 
     def normal_damping(self) -> float:
-        """Returns that of layer and mount in series, for slow motions [Ns/m]."""
+        """Returns the damping of layer and mount in series, for slow motions [Ns/m]."""
         layer, mount = self.layer_stiffness, self.mount_stiffness
         d_layer, d_mount = self.relaxation_time * layer, self.mount_damping
         return self.normal_stiffness() ** 2 * (d_layer / layer**2 + d_mount / mount**2)
@@ -106,7 +106,7 @@ def plexiglas() -> SurfaceConfig:
 
 
 def stiff_plexiglas() -> SurfaceConfig:
-    """A sheet of 10⁴ N/m and 20 Nm/rad that yields nearly in its mount alone.
+    """A sheet of 10⁴ N/m and 20 Nm/rad that yields almost only in its mount.
 
     The edge of a tilted disk sinks in less than into `plexiglas`, so it loads the wrist earlier.
     """
@@ -138,10 +138,10 @@ SURFACES = {config.name: config for config in (plexiglas(), stiff_plexiglas(), c
 
 
 def disk_sides(edge: float, name: str, radius: float = DISK_RADIUS) -> int:
-    """Returns how many sides a disk has for contact, each of the length `edge` at most [m].
+    """Returns the number of a disk's sides for contact, each at most `edge` long [m].
 
     Raises:
-        ConfigurationError: far more than a step has time for; `name` is the edge's key.
+        ConfigurationError: there are far too many for a step's time; `name` is the edge's key.
     """
     positive(edge, name, "m")
     positive(radius, f"the radius at {name}", "m")

@@ -1,4 +1,4 @@
-"""What the surfaces look like in Meshcat: a sheet of glass, a carton, and the stand behind them.
+"""The looks of the surfaces in Meshcat: a sheet of glass, a carton, and the stand behind them.
 
 Drawings only: none of these shapes takes part in contact. F is the middle of the front face, its z
 axis outward.
@@ -67,7 +67,7 @@ def _draw_carton(
     depth = CARTON_DEPTH
     _box(plant, plate, X_PF, "carton", [width, height, depth], [0.0, 0.0, -depth / 2], color)
     shade, tape = np.append(0.6 * np.asarray(color)[:3], 1.0), np.array([0.85, 0.78, 0.60, 1.0])
-    # Proud of the front by a hair, or the two would flicker.
+    # A little in front of the carton, or the two would flicker.
     _box(plant, plate, X_PF, "seam", [width, 0.003, 0.002], [0.0, 0.0, 0.0], shade)
     _box(plant, plate, X_PF, "tape", [width + 0.001, 0.05, 0.001], [0.0, 0.0, 0.0], tape)
     for i, (sx, sy) in enumerate(product((-0.5, 0.5), repeat=2)):

@@ -1,4 +1,4 @@
-"""Where a surface stands in a scenario, and whether a disk is clear of it."""
+"""The place of a surface in a scenario, and a check that a disk is clear of it."""
 
 from dataclasses import dataclass, field
 
@@ -22,7 +22,7 @@ __all__ = ["SurfacePlacement", "check_clear"]
 
 @dataclass
 class SurfacePlacement:
-    """A surface and where it stands."""
+    """A surface and its place."""
 
     point: Array = field(default_factory=lambda: np.array([0.9, 0.0, 0.52]))  # in W [m]
     normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # outward, in W
@@ -44,11 +44,11 @@ class SurfacePlacement:
     def add(
         self, plant: MultibodyPlant, body: RigidBody, X_BD: RigidTransform, disk_resolution: float
     ) -> None:
-        """Adds the surface and what makes a body's disk feel it.
+        """Adds the surface, and contact geometry to a body's disk.
 
         Args:
             plant: not finalized.
-            body: with the disk.
+            body: the one with the disk.
             X_BD: pose of the disk on it.
             disk_resolution: edge length of the disk's contact mesh [m].
         """

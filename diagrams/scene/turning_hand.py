@@ -25,8 +25,8 @@ _MOST_LAPS = 1000
 def orientation_loop(s: float) -> Array:
     """Returns Q_CD (4,) on a closed loop within 71° of D, s from 0 to 2π.
 
-    It is no mirror image of itself: round such a one the work of a spring without a potential may
-    vanish, too.
+    It is not its own mirror image: round such a loop even a spring without a potential may do no
+    work.
     """
     turn = np.array([0.2 + 0.9 * np.cos(s), 0.1 + 0.9 * np.sin(s), 0.6 * np.cos(2.0 * s + 0.5)])
     return quaternion.exp(turn)
@@ -34,7 +34,7 @@ def orientation_loop(s: float) -> Array:
 
 @dataclass
 class HandConfig:
-    """How a hand holds the end effector, and how often and how fast it turns it round.
+    """How a hand holds the end effector, and how often and how fast it turns that round.
 
     Every lap begins and ends at rest.
     """
@@ -42,9 +42,9 @@ class HandConfig:
     stiffness: float = 60.0  # of its grasp [Nm/rad]
     damping: float = 4.0  # of the same [Nms/rad]
     laps: int = 2  # forward; then as many back
-    lap: float = 8.0  # how long one takes [s]
+    lap: float = 8.0  # duration of a lap [s]
     rest: float = 0.5  # before each, and at the end [s]
-    lead: float = 2.0  # from D to where the loop begins [s]
+    lead: float = 2.0  # from D to the begin of the loop [s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -55,7 +55,7 @@ class HandConfig:
             positive(getattr(self, time), key(name, time), "s")
 
     def phases(self) -> Iterator[tuple[str, float, float]]:
-        """Yields name, begin and end of the way to the loop, and of each lap [s]."""
+        """Yields name, begin and end of the motion to the loop, and of each lap [s]."""
         yield "lead", 0.0, self.lead
         for lap in range(2 * self.laps):
             begin = self.lead + self.rest + lap * (self.lap + self.rest)
@@ -63,7 +63,7 @@ class HandConfig:
 
     @property
     def duration(self) -> float:
-        """How long all of it takes [s]."""
+        """The total duration [s]."""
         return self.lead + self.rest + 2 * self.laps * (self.lap + self.rest)
 
 
@@ -77,7 +77,7 @@ class _Way:
         self._profile = linear_with_fourth_order_blends(begin, length, 0.25 * length)
 
     def done(self, time: float) -> float:
-        """Returns which share of it is done; the profile is asked only while it changes."""
+        """Returns the share that is done; it evaluates the profile only while that changes."""
         if self._begin < time < self._end:
             return float(self._profile.value(time)[0, 0])
         return float(time >= self._end)
@@ -86,13 +86,13 @@ class _Way:
 class TurningHand(LeafSystem):
     """A spring and a damper between the end effector E and a hand H that goes round a loop.
 
-    Its moment on E is K_h θ + D_h (ω_H − ω_E), θ the rotation vector from E to H, all in W; it
-    leaves the position to the arm.
+    Its moment on E is K_h θ + D_h (ω_H − ω_E), all in W, where θ is the rotation vector from E to
+    H. It leaves the position to the arm.
 
     Args:
         frame: E.
-        hand: how it moves.
-        Q_WD: attitude of D (4,), which rests and on which E starts.
+        hand: its motion.
+        Q_WD: attitude of D (4,), which rests; E starts there.
 
     Ports:
         input body_poses: of the plant, abstract
