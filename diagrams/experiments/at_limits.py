@@ -1,4 +1,4 @@
-"""What is measured in the log of an arm at its limits; nothing here judges or draws."""
+"""Measures the log of an arm at its limits; nothing here judges or draws."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -18,10 +18,10 @@ from geoimp_drake.typing import Array
 
 __all__ = ["apart", "arm_of", "measured", "torque_shares"]
 
-# E is back where it stays as near to the last pose of D [m, °].
+# E counts as back when it stays this near to the last pose of D [m, °].
 _NEAR, _ALIGNED = 1e-3, 0.1
 
-# Of the instants at which limits act, how many are looked at: one in so many.
+# Of the instants at which limits act, one in so many is checked.
 _EVERY = 20
 
 # Singular value below which a direction counts as lost, the default of `redundancy.damping`.
@@ -29,14 +29,14 @@ _SINGULAR = 0.01
 
 
 def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
-    """Returns what a run shows, as far as it has come.
+    """Returns the values of a run, as far as it has come.
 
     Returns:
-        `distance` and `angle`, the largest of E from C [mm, °]; `effort` and `speed`, the largest
-        over the joints' limits; `beyond`, how far a joint was outside its range at most, negative
-        if inside [rad, m]; `back`, how much later E is back at D than by the law alone [s]; and
-        `free` and `bound` of `_off_the_law` while no torque is at its limit and while one is
-        [N, Nm]. These two are not there without limits.
+        `distance` and `angle` are the largest of E from C [mm, °]. `effort` and `speed` are the
+        largest, divided by the joints' limits. `beyond` is the farthest that a joint was outside
+        its range, negative if inside [rad, m]. `back` is how much later E is back at D than by the
+        law alone [s]. `free` and `bound` are those of `_off_the_law`, while no torque is at its
+        limit and while one is [N, Nm]. These two are missing without limits.
     """
     model, arm = arm_of(scenario), scenario.arm
     (low, high), (q, v) = model.position_limits, _joint_states(log, arm, model)
@@ -67,7 +67,7 @@ def arm_of(scenario: SingleArmScenario) -> ControlModel:
 
 
 def torque_shares(log: Log, arm: str, model: ControlModel) -> Array:
-    """Returns torques over their limits in the order of the actuators (N×n)."""
+    """Returns torques divided by their limits, in the order of the actuators (N×n)."""
     return np.abs(log[f"{arm}/u"]) / model.effort_limits[model.actuation_order]
 
 
@@ -85,7 +85,7 @@ def _joint_states(log: Log, arm: str, model: ControlModel) -> tuple[Array, Array
 
 
 def _since(log: Log, arm: str, motion: Array) -> float:
-    """Returns since when a frame rests at the last pose of D [s], from its motion."""
+    """Returns the time from which a frame rests at the last pose of D [s], from its motion."""
     distance, angle = apart(motion, log[f"{arm}/motion_D"][-1:])
     away = np.flatnonzero((distance > _NEAR) | (angle > _ALIGNED))
     return float(log["t"][away[-1]]) if away.size else 0.0
@@ -110,20 +110,20 @@ def _law_alone(log: Log, scenario: SingleArmScenario) -> Array:
 
 
 def _off_the_law(log: Log, scenario: SingleArmScenario, model: ControlModel) -> tuple[Array, Array]:
-    """Returns of instants at which limits act how wrong the law is where E is free.
+    """Returns, for instants at which limits act, the error of the law where E is free.
 
     The slack times the mass matrix is the wrench that the law lacks. Its part along directions in
-    which joints that are not held can move E should be zero. Which torques are at their limits the
-    log shows; which joints are held by position and speed, of those as many as `Limited` counts,
-    is what explains the wrench best.
+    which joints that are not held can move E should be zero. The log shows which torques are at
+    their limits. Of joints held by position and speed it shows only the number, in `Limited`. They
+    are taken to be those that explain the wrench best.
 
     Returns:
         Whether a torque is at its limit, and that part's size [N, Nm] (as many as instants).
     """
     limited = log[f"{scenario.arm}/limited"]
     instants = np.flatnonzero(limited[1:, : SLACK.start].any(axis=1))[::_EVERY] + 1
-    # What acts in a step is seen at its end, the state and the torques at its beginning; but where
-    # the simulation has paused, every 0.1 s, both at once.
+    # The limits that act in a step are logged at its end, the state and the torques at its
+    # beginning. But where the simulation has paused, every 0.1 s, both are logged at once.
     off = [
         min(_lacking_when_free(log, scenario, model, k, row) for k in (row - 1, row))
         for row in instants
@@ -141,7 +141,7 @@ def _lacking_when_free(
         scenario: of the run.
         model: of its arm.
         begin: row of the log in which the step begins.
-        row: that in which `Limited` tells of it.
+        row: the one in which `Limited` describes the step.
     """
     arm = scenario.arm
     now = Limited(log[f"{arm}/limited"][row])
@@ -159,8 +159,8 @@ def _lacking_when_free(
 def _free_directions(state: ArmState, strongest: Array, held: int) -> Iterator[Array]:
     """Yields, for each choice of `held` joints, an orthonormal basis (6, m) of where E can move.
 
-    A torque at its limit holds a combination of the joints, its row of B, and the damping near a
-    singularity holds those that hardly move E.
+    A torque at its limit holds a combination of the joints, its row of B. The damping near a
+    singularity holds the combinations that hardly move E.
     """
     J, n = state.Jv_V_WE, len(state.B)
     _, s, Vt = np.linalg.svd(J)

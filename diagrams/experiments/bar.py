@@ -1,4 +1,4 @@
-"""Tight cooperation: what `bar` must show, and Fig 5.13."""
+"""Tight cooperation: the claims of `bar`, and Fig 5.13."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -34,7 +34,7 @@ __all__ = ["claims", "contact_stiffness", "figures", "internal_wrench", "sweep_v
 NORMAL_STIFFNESS = 1300.0 * 5000.0 / (1300.0 + 5000.0)
 STEADY_SQUEEZE, RINGING = 12.0, 3.0  # of the internal force [N]
 DETECTION = 0.02  # [s]
-AFTER_STOP = 0.05  # from the hold on which the hands have to be at rest [s]
+AFTER_STOP = 0.05  # after the hold, when the hands have to be at rest [s]
 
 
 def claims(log: Log, scenario: TightScenario) -> list[Claim]:
@@ -50,7 +50,7 @@ def claims(log: Log, scenario: TightScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: TightScenario) -> dict[str, float | bool]:
-    """Returns what a sweep tabulates: success is a bounded squeeze that comes to rest."""
+    """Returns the values for a sweep's table: success is a bounded squeeze that comes to rest."""
     force = _norm(internal_wrench(log)[:, 3:])
     settled = force[log["t"] >= log["t"][-1] - 0.5]
     steady, ringing = float(settled.mean()), float(np.ptp(settled))
@@ -69,7 +69,7 @@ def internal_wrench(log: Log) -> Array:
 
 
 def contact_stiffness(log: Log, samples: Array) -> float:
-    """Returns the mean normal force over the depth of p_d + R_c s behind the surface [N/m].
+    """Returns the mean normal force divided by the depth of p_d + R_c s behind the surface [N/m].
 
     s is the disk's centre in O: this takes the rotation of the object out of the depth.
     """
@@ -117,7 +117,7 @@ def _values_at_rest(log: Log, scenario: TightScenario) -> dict[str, float]:
 
 
 def _claims_on_following(log: Log) -> list[Claim]:
-    """Returns that both hands are where they are to be."""
+    """Returns the claims that both hands are at their references."""
     lag = max(float(_lag(log, arm).max()) for arm in ARMS)
     turn = max(float(_norm(_attitude_error(log, arm)).max()) for arm in ARMS)
     return [
@@ -138,7 +138,7 @@ def _attitude_error(log: Log, arm: str) -> Array:
 
 
 def _claims_on_release(log: Log, scenario: TightScenario) -> list[Claim]:
-    """Returns the claims about a grasp that opens: seen at once, and both hands stay."""
+    """Returns the claims about a grasp that opens: it is detected at once, and both hands stay."""
     values = _values_on_release(log, scenario)
     value = values.get
     return [
@@ -149,7 +149,7 @@ def _claims_on_release(log: Log, scenario: TightScenario) -> list[Claim]:
 
 
 def _values_on_release(log: Log, scenario: TightScenario) -> dict[str, float]:
-    """Returns the values after the grasp has opened; none if it was not reported."""
+    """Returns the values after the grasp has opened; none if that was not detected."""
     t, release = log["t"], scenario.release
     seen = float(log["grasp/opened"][-1, 2]) if "grasp/opened" in log else -1.0
     if release is None or seen < 0.0:

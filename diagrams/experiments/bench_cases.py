@@ -1,4 +1,4 @@
-"""What `geoimp bench` times; nothing is imported for it."""
+"""The cases of `geoimp bench`; nothing is imported for them."""
 
 __all__ = ["BENCH_CASES"]
 

@@ -1,4 +1,4 @@
-"""What `geoimp benchmark` runs: this library beside others on the same work."""
+"""The parts of `geoimp benchmark`: this library beside others on the same work."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,14 +21,14 @@ _QUICK_SPRINGS = ("quaternion", "axis-angle")
 
 
 def page() -> Page:
-    """Returns what the report begins with: what to use when."""
+    """Returns the report's first part: what to use when."""
     data = read_yaml(Path(__file__).with_suffix(".yaml"))
     tables = tuple(_table(table, data["documentation"]) for table in data["tables"])
     return Page("benchmark", data["title"], tables, folded=True)
 
 
 def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Section]:
-    """Returns all that is run, by the name of its folder.
+    """Returns all parts to run, by the name of their folder.
 
     Args:
         quick: fewer errors, cases and samples.
@@ -46,13 +46,13 @@ def parts(*, quick: bool, scheduler: str | None = None) -> dict[str, Study | Sec
 
 
 def _part(study: Study, endings: tuple[str, ...] | None) -> Study:
-    """Returns a study of `geoimp reproduce` with the variants whose names end so; None for all."""
+    """Returns a study of `geoimp reproduce` with the variants of these endings; None for all."""
     variants = tuple(v for v in study.variants if endings is None or v.name.endswith(endings))
     return replace(study, variants=variants, compared=tuple(v.name for v in variants))
 
 
 def _table(data: dict[str, Any], address: str) -> Table:
-    """Returns a table; a cell that is a list is a link to a page of the documentation."""
+    """Returns a table; a list as cell is a link to a page of the documentation."""
     rows = tuple(tuple(_cell(cell, address) for cell in row) for row in data["rows"])
     return Table(data["title"], tuple(data["head"]), rows, data.get("text", ""))
 

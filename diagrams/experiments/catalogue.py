@@ -23,7 +23,7 @@ __all__ = ["EXPERIMENTS", "OWN", "Experiment", "get_experiment"]
 _FOLDER = Path(__file__).resolve().parent
 _DIAGRAMS = "geoimp_drake.diagrams"
 
-# Of each kind of set-up the module that builds it; its scenario is in the module beside that.
+# The module that builds each kind of set-up; its scenario is in the module beside that.
 _SETUPS = {
     "single arm": ("single_arm", "SingleArmScenario", "build_single_arm"),
     "turned arm": ("turned_arm", "TurnedArmScenario", "build_turned_arm"),
@@ -41,7 +41,7 @@ class Experiment:
 
     Attributes:
         name: as on the command line; its scenario is NAME.yaml beside this file.
-        summary: one line on what it shows.
+        summary: one line on its subject.
         setup: kind of set-up: `single arm`, `loose` or `tight`.
         module: beside this file; its `claims` and `figures` judge and draw a log.
         prefix: of these two functions, where a module serves several experiments.
@@ -93,7 +93,7 @@ class Experiment:
 
     @property
     def figures(self) -> Callable[[Log, Any], "dict[str, Figure]"]:
-        """Draws a log; by file name without suffix. With another world, what is true as well."""
+        """Draws a log; by file name without suffix. With another world, also the true motion."""
         figures: Callable[[Log, Any], dict[str, Figure]] = self._function("figures")
         if "world" in self.defaults():  # its own figures show that
             return figures
@@ -103,7 +103,7 @@ class Experiment:
 
     @property
     def sweep_values(self) -> Callable[[Log, Any], dict[str, float | bool]] | None:
-        """What a sweep tabulates besides the claims, `success` among it; None for the claims."""
+        """Values for a sweep's table, `success` among them; None for those of the claims."""
         module = resolve_name(f"{_DIAGRAMS}.experiments.{self.module}")
         values: Callable[[Log, Any], dict[str, float | bool]] | None
         values = getattr(module, f"{self.prefix}sweep_values", None)
@@ -111,7 +111,7 @@ class Experiment:
 
     @property
     def encounter(self) -> "Callable[[Log, Any, float], Encounter]":
-        """Tells how D meets a wall, from a log and the plant's step."""
+        """Returns how D meets a wall, from a log and the plant's step."""
         module = resolve_name(f"{_DIAGRAMS}.experiments.{self.module}")
         default = resolve_name(f"{_DIAGRAMS}.experiments.encounters:encounter")
         encounter: Callable[[Log, Any, float], Encounter]
@@ -120,7 +120,7 @@ class Experiment:
 
     @property
     def contact_force(self) -> Callable[[Log, Any], Any]:
-        """Tells the true force of what is compliant over time (N) [N]."""
+        """Returns the true force of the compliant hand or object over time (N) [N]."""
         force: Callable[[Log, Any], Any]
         force = resolve_name(f"{_DIAGRAMS}.experiments.encounters:contact_force")
         return force
@@ -226,7 +226,7 @@ EXPERIMENTS = {
 }
 
 
-# What a scenario file of one's own names as its experiment, by kind of set-up.
+# The `experiment` of a user's own scenario file, by kind of set-up.
 OWN = {
     setup: Experiment(name, f"your own experiment, {setup}", setup, "custom")
     for setup, name in (
@@ -242,7 +242,7 @@ def get_experiment(name: str) -> Experiment:
     """Returns the experiment called `name`: of the chapter, or one of `OWN`.
 
     Raises:
-        ConfigurationError: there is none; the message lists those that there are.
+        ConfigurationError: there is none; the message lists the valid names.
     """
     own = {experiment.name: experiment for experiment in OWN.values()}
     if name not in EXPERIMENTS and name not in own:

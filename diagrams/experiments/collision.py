@@ -23,8 +23,8 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "claims_across", "figure_across", "figures", "measured", "sweep_values"]
 
-# By their measures, colour and marker: without colour, and where they are on one spot, the markers
-# tell them apart.
+# Colour and marker of the measures: the markers tell them apart without colour, and where points
+# coincide.
 _MARKS = {
     "none": ("#D55E00", "x"),
     "reaction": ("#E69F00", "s"),
@@ -40,18 +40,18 @@ _WORDS = {
     "all": "cap, leash, reaction",
 }
 
-# How the last word of a case is written in the figure.
+# The words of the figure for the last part of a case's name.
 _CASES = {"down": "from above", "side": "from the side", "free": "free to move"}
 
 Runs = Mapping[str, tuple[Log, Any]]
 
 
 def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
-    """Returns what a run shows.
+    """Returns the values of a run.
 
     Returns:
-        `peak`, the largest contact force [N]; and where there was a contact `speed`, that of E as
-        it began [m/s], and `left`, the force that remained at the end [N].
+        `peak`, the largest contact force [N]. If there was a contact: `speed`, that of E as it
+        began [m/s], and `left`, the force that remained at the end [N].
     """
     force = log["body/force"][:, 0]
     values = {"peak": float(force.max())}
@@ -63,7 +63,7 @@ def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
 
 
 def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns the peak against the limit, if all measures are on; else it is only reported."""
+    """Returns the claim on the peak if all measures are on; else the peak is only reported."""
     ended = phase_reached(log, scenario.length)
     values = measured(log, scenario) if ended else {}
     safety = scenario.safety
@@ -78,13 +78,13 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: SingleArmScenario) -> dict[str, float | bool]:
-    """Returns whether a sample hits its body and keeps its limit, and the peak."""
+    """Returns whether a sample hits its body within its limit, and the peak."""
     holds = all(claim.verdict not in (FAILS, NOT_REACHED) for claim in claims(log, scenario))
     return {"success": holds, "peak": measured(log, scenario)["peak"]}
 
 
 def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
-    """Returns contact force, speeds and the way of D over time."""
+    """Returns contact force, speeds and the displacement of D over time."""
     D, E = (log[f"{scenario.arm}/motion_{frame}"] for frame in "DE")
     panels = [
         ("force on the body", "f [N]", log["body/force"][:, 0], 1.0),
@@ -99,7 +99,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
 
 
 def claims_across(runs: Runs) -> list[Claim]:
-    """Returns that each case keeps its limit with all measures, and that none does without."""
+    """Returns the claims: with all measures each case keeps its limit, without them none does."""
     claims = []
     for case, peaks in _by_case(runs).items():
         if "all" in peaks:
@@ -146,7 +146,7 @@ def _in_words(case: str) -> str:
 
 
 def _by_case(runs: Runs) -> dict[str, dict[str, dict[str, float]]]:
-    """Returns what is measured by case and by measures; a run is called MEASURES-CASE."""
+    """Returns the values by case and by measures; a run is called MEASURES-CASE."""
     cases: dict[str, dict[str, dict[str, float]]] = {}
     limit = next((own.safety.force for _, own in runs.values() if own.safety is not None), np.inf)
     for name, run in runs.items():

@@ -1,4 +1,4 @@
-"""How families are compared: one curve per family in each panel, and claims across them."""
+"""Comparisons of families: one curve per family in each panel, and claims across them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -34,12 +34,12 @@ Curve = tuple[str, str, Array]
 
 @dataclass(frozen=True)
 class Comparison:
-    """How the runs of several families are put side by side.
+    """How the runs of several families are compared.
 
     Attributes:
         curves: title, label of the axis with its unit, and values (N) of each panel, of one run.
         claims: across families, from log and scenario by family.
-        figure: of all runs, in the place of `curves`, where those are not over time.
+        figure: of all runs, instead of `curves`, if it is not over time.
         tables: of all runs.
     """
 
@@ -66,7 +66,7 @@ def _alignment_curves(log: Log, scenario: SingleArmScenario) -> list[Curve]:
 
 
 def _agreement(runs: Runs) -> list[Claim]:
-    """Returns that the families give nearly the same contact force."""
+    """Returns the claims that the families give nearly the same contact force."""
     peaks, steady = [], []
     for log, scenario in runs.values():
         force = np.linalg.norm(true_wrench(log, scenario.compliant)[:, 3:], axis=1)
@@ -81,13 +81,13 @@ def _agreement(runs: Runs) -> list[Claim]:
 
 
 def _spread(values: list[float | None]) -> float | None:
-    """Returns the largest over the smallest, less one; None if one is missing, or zero."""
+    """Returns the largest divided by the smallest, less one; None if one is missing or zero."""
     known = [value for value in values if value]
     return max(known) / min(known) - 1.0 if len(known) == len(values) else None
 
 
 def _ratios(runs: Runs) -> list[Claim]:
-    """Returns that classical Euler angles load the contact more, alternative ones alike."""
+    """Returns the claims: classical Euler angles load the contact more, alternative ones alike."""
     loads = {
         family: held_and_peak(log, scenario.arm)
         for family, (log, scenario) in runs.items()

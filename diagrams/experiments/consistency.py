@@ -76,7 +76,7 @@ def misalignment_at(log: Log, scenario: SingleArmScenario, frame: str) -> Array:
 
 
 def _axis(log: Log, scenario: SingleArmScenario) -> Array:
-    """Returns the applied moment in D; without one there is no axis, and any will do."""
+    """Returns the applied moment in D; without a moment there is no axis, and any axis will do."""
     ramp = scenario.external or WrenchRamp(moment=np.array([0.0, 0.0, 1.0]), axes="frame")
     if ramp.axes == "frame":
         return ramp.moment

@@ -31,7 +31,7 @@ def _null_space_curves(log: Log, scenario: Any) -> list[Curve]:
 
 
 def _null_space_claims(runs: Runs) -> list[Claim]:
-    """Returns that the contact does not feel the null-space motion, which still makes w fall."""
+    """Returns the claims that null-space motion makes w fall and does not disturb the contact."""
     if not {"with-k-beta", "without-k-beta"} <= runs.keys():
         return []
     (log, scenario), (other, unaware) = runs["with-k-beta"], runs["without-k-beta"]
@@ -70,11 +70,11 @@ def _mating_curves(log: Log, scenario: Any) -> list[Curve]:
 
 
 def _mating_claims(runs: Runs) -> list[Claim]:
-    """Returns how much more a hand that does not give way is loaded by the same plan."""
+    """Returns the claim on the larger load of a stiff hand with the same plan."""
     if not {"misplanned", "position-controlled"} <= runs.keys():
         return []
     compliant, rigid = runs["misplanned"], runs["position-controlled"]
-    # A rigid hand may be loaded so much that the simulation ends: the peak counts all the same.
+    # The load of a rigid hand may end the simulation: the peak counts nevertheless.
     inserted = float(compliant[0]["t"][-1]) >= float(compliant[0]["program/times"][-1, 1])
     ratio = _peak_force(*rigid) / _peak_force(*compliant) if inserted else None
     return [
@@ -94,7 +94,7 @@ def _squeeze_curves(log: Log, scenario: Any) -> list[Curve]:
 
 
 def _squeeze_claims(runs: Runs) -> list[Claim]:
-    """Returns that the internal impedance removes a squeeze and that the contact is as before."""
+    """Returns the claims that the internal impedance removes a squeeze and keeps the contact."""
     if not {"squeezed", "squeezed-rigid-hands"} <= runs.keys():
         return []
     pair = [runs["squeezed"], runs["squeezed-rigid-hands"]]

@@ -1,4 +1,4 @@
-"""Your own experiment: what any impedance must show, and the figure of its errors and wrench."""
+"""Your own experiment: claims on any impedance, and the figure of its errors and wrench."""
 
 from typing import Any
 
@@ -26,12 +26,12 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "figures"]
 
-# Below these a relative error means nothing [N, Nm].
+# Below these values a relative error means nothing [N, Nm].
 _LEAST_FORCE, _LEAST_MOMENT = 0.5, 0.05
 
 
 def claims(log: Log, scenario: Any) -> list[Claim]:
-    """Returns that the impedance is really there at rest, as far as something is felt then."""
+    """Returns the claims that the impedance holds at rest, as far as there is a wrench then."""
     at_rest = phase_reached(log, scenario.duration) and log["t"][-1] > 1.0
     values = _values_at_rest(log, scenario) if at_rest else {}
     value = values.get
@@ -67,7 +67,7 @@ def _redundant_arms(log: Log) -> list[str]:
 
 
 def _joint_speeds(log: Log, scenario: Any) -> dict[str, float]:
-    """Returns the largest in the last second: null-space motion, which the hand does not show."""
+    """Returns the largest joint speeds in the last second, which the hand does not show."""
     rest = last_second(log)
     if log[f"{scenario.compliant}/motion_D"][rest][:, VELOCITY].any():
         return {}

@@ -1,4 +1,4 @@
-"""Why the impedance has a stiff inner loop (section 3.3): what model error and friction do to E."""
+"""Why the impedance has a stiff inner loop (section 3.3): model error and friction move E."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,11 +23,11 @@ from geoimp_drake.typing import Array
 
 __all__ = ["claims", "claims_across", "figure_across", "figures", "measured", "tables_across"]
 
-# With the inner loop, for links twice as heavy and for all of the effort as friction: of E from D
-# [mm] and [°], and ‖f − K_p Δp_de‖ / ‖f‖.
+# Errors with the inner loop, for links twice as heavy and for friction as large as the effort
+# limit. They are those of E from D [mm, °], and ‖f − K_p Δp_de‖ / ‖f‖.
 _PER_ERROR = {"rest": (6.0, 200.0), "angle": (0.3, 30.0), "force": (0.1, 2.5)}
-_LEAST = {"rest": 0.05, "angle": 0.01, "force": 1e-3}  # claimed of a plant that is known
-_LAG = 1.0  # of servos, which know no model, behind their reference [mm]
+_LEAST = {"rest": 0.05, "angle": 0.01, "force": 1e-3}  # claimed for a known plant
+_LAG = 1.0  # lag of servos, which know no model, behind their reference [mm]
 
 # A scheme, the factor of the links' masses and the friction.
 Case = tuple[str, float, float]
@@ -62,12 +62,12 @@ _PANELS = (
 
 
 def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
-    """Returns what a run shows, as far as it has come.
+    """Returns the values of a run, as far as it has come.
 
     Returns:
-        `motion`, the largest ‖Δp_de‖ in free motion [mm]; `rest` and `angle`, the means of ‖Δp_de‖
-        [mm] and of the angle of D from E [°] in the last second before the approach; `force`, the
-        mean of ‖f − K_p Δp_de‖ / ‖f‖ in the last second of contact; `peak`, the largest ‖f‖ [N].
+        `motion`, the largest ‖Δp_de‖ in free motion [mm]. `rest` and `angle`, the means of ‖Δp_de‖
+        [mm] and of the angle of D from E [°] in the last second before the approach. `force`, the
+        mean of ‖f − K_p Δp_de‖ / ‖f‖ in the last second of contact. `peak`, the largest ‖f‖ [N].
     """
     phases = {name: (begin, end) for name, begin, end in phases_of(scenario.segments)}
     offset, t = position_offset(log, scenario.arm), log["t"]
@@ -88,7 +88,7 @@ def measured(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
 
 
 def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns the claims of a run, in proportion to what its controller does not know."""
+    """Returns the claims of a run, in proportion to errors that its controller does not know."""
     value, bound = measured(log, scenario).get, _bounds(scenario)
     return [
         at_most("at rest ‖Δp_de‖", value("rest"), bound["rest"], "mm"),
@@ -99,7 +99,7 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
-    """Returns how far E is from D over time, and the contact force."""
+    """Returns the distance of E from D over time, and the contact force."""
     panels = [
         ("E from D", "Δp_de [mm]", position_offset(log, scenario.arm), 1.0),
         ("angle of E from D", "ϑ_de [°]", orientation_angle(log, scenario.arm), 0.1),
@@ -112,7 +112,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
 
 
 def claims_across(runs: Mapping[str, tuple[Log, Any]]) -> list[Claim]:
-    """Returns how much farther a direct impedance gives way, and that servos do not at rest."""
+    """Returns the claims that a direct impedance gives way more, and that servos do not at rest."""
     values = _by_case(runs)
 
     def ratio(name: str, error: tuple[float, float], scheme: str = "direct") -> float | None:
@@ -162,7 +162,7 @@ def figure_across(runs: Mapping[str, tuple[Log, Any]]) -> Figure:
 
 
 def tables_across(runs: Mapping[str, tuple[Log, Any]]) -> list[Table]:
-    """Returns what is measured of all runs, one row an error and scheme."""
+    """Returns the values of all runs, one row for each error and scheme."""
     values = {_row_words(own): measured(log, own) for log, own in runs.values()}
     errors = dict.fromkeys(words for words, _ in values)
     rows = tuple(
@@ -188,7 +188,7 @@ def _cell(values: Mapping[str, float], name: str, _: str, scale: float) -> str:
 def _plot_schemes(
     panel: Axes, values: Mapping[Case, Mapping[str, float]], name: str, *, of_mass: bool
 ) -> None:
-    """Plots one line a scheme over the errors, and apart from it what is there without any."""
+    """Plots a line for each scheme over the errors, and apart from it the value without errors."""
     scale = 100 if name == "force" else 1
     for scheme in dict.fromkeys(case[0] for case in values):
         points = {
@@ -221,7 +221,7 @@ def _softness(scenario: SingleArmScenario) -> float:
 
 
 def _bounds(scenario: SingleArmScenario) -> dict[str, float]:
-    """Returns what is claimed of a run at most, in the units of `measured`."""
+    """Returns the bounds of a run's claims, in the units of `measured`."""
     errors = abs(scenario.world.links.mass - 1.0), scenario.world.joints.coulomb
     direct = scenario.scheme == "direct"
     softness = _softness(scenario) if direct else 1.0
@@ -231,16 +231,16 @@ def _bounds(scenario: SingleArmScenario) -> dict[str, float]:
     }
     bounds["motion"] = bounds["rest"]
     if direct:
-        # A moment that its spring cannot hold turns it over, and friction stops it where it will.
+        # A moment beyond the spring's turns the hand over, and friction stops it anywhere.
         loose = tuple(bounds) if scenario.world.joints.coulomb else ("angle",)
         bounds |= dict.fromkeys(loose, np.inf)
     if scenario.scheme == "admittance":
         bounds["motion"] = max(_LAG, 3.0 * bounds["rest"])
-        # Integral parts hunt on dry friction: E swings by 0.7 mm about C for good.
+        # Integral parts hunt on dry friction: E keeps swinging by 0.7 mm about C.
         bounds["force"] *= 2.0
     if scenario.is_natural:
-        # It still swings after three seconds of contact, and nothing is claimed of a plant that is
-        # not known: its springs hold little weight.
+        # It still swings after three seconds of contact. Nothing is claimed for an unknown plant,
+        # since its springs hold little weight.
         bounds = dict.fromkeys(bounds, np.inf) if any(errors) else {**bounds, "force": 0.02}
     return bounds
 

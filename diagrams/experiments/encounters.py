@@ -1,4 +1,4 @@
-"""How the hand of an experiment meets what it presses on, read from a log."""
+"""How the hand of an experiment meets the surface that it presses on, from a log."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ __all__ = ["contact_force", "encounter"]
 
 
 def contact_force(log: Log, scenario: Any) -> Array:
-    """Returns the size of the true force of what is compliant over time (N) [N]."""
+    """Returns the size of the true force of the compliant hand or object over time (N) [N]."""
     force: Array = np.linalg.norm(true_wrench(log, scenario.compliant)[:, 3:], axis=1)
     return force
 

@@ -1,4 +1,4 @@
-"""What an arm does at its limits: E stays on C, joints stay inside, and nothing winds up."""
+"""An arm at its limits: E stays on C, joints stay inside, and nothing winds up."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -18,7 +18,7 @@ from geoimp_drake.systems.sources.desired_motion import phases_of
 
 __all__ = ["claims", "claims_across", "figure_across", "figures", "sweep_values"]
 
-# By the name in `measured`: words, bound where limits are kept, and unit.
+# By the name in `measured`: words, bound with limits kept, and unit.
 _CLAIMS = {
     "distance": ("largest distance of E from C", 6.0, "mm"),
     "angle": ("largest angle of E from C", 1.0, "°"),
@@ -31,7 +31,7 @@ _CLAIMS = {
 }
 _ONLY_WITH_LIMITS = ("free", "bound")
 
-# Without limits at least: the distance of E from C over that with them, and torque over its limit.
+# Least ratios without limits: the distance of E from C to that with limits, a torque to its limit.
 _FARTHER, _STRONGER = 5.0, 1.5
 
 _PANELS = ("distance", "effort", "speed")
@@ -55,12 +55,12 @@ def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: SingleArmScenario) -> dict[str, float | bool]:
-    """Returns whether a sample succeeds: what has no value, as the way back, counts for nothing."""
+    """Returns whether a sample succeeds; a missing value, such as the way back, does not count."""
     return {"success": all(claim.holds is not False for claim in claims(log, scenario))}
 
 
 def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
-    """Returns over time how far C is from D and E from C, and the largest torque."""
+    """Returns the distances of C from D and of E from C over time, and the largest torque."""
     arm = scenario.arm
     D, C, E = (log[f"{arm}/motion_{frame}"] for frame in "DCE")
     torque = torque_shares(log, arm, arm_of(scenario)).max(axis=1)
@@ -74,7 +74,7 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
 
 
 def claims_across(runs: Runs) -> list[Claim]:
-    """Returns of each case what happens without limits, against what happens with them."""
+    """Returns the claims on each case without limits, against the same case with them."""
     claims = []
     for case, (kept, free) in _by_case(runs).items():
         if not kept or not free:
@@ -90,7 +90,7 @@ def claims_across(runs: Runs) -> list[Claim]:
 
 
 def figure_across(runs: Runs) -> Figure:
-    """Returns of each case how far E is from C, and torques and speeds over their limits."""
+    """Returns the distance of E from C, and torques and speeds over their limits, for each case."""
     cases = _by_case(runs)
     with figure_style():
         figure = Figure(figsize=(11, 1.6 + 0.42 * len(cases)))
@@ -104,7 +104,7 @@ def figure_across(runs: Runs) -> Figure:
 
 
 def _plot_cases(panel: Axes, cases: Mapping[str, tuple[Values, Values]], name: str) -> None:
-    """Plots a quantity with its bound, a line a case."""
+    """Plots a quantity with its bound, one line for each case."""
     words, bound, unit = _CLAIMS[name]
     for k, style in enumerate(_STYLES.values()):
         values = [values[k].get(name, np.nan) for values in cases.values()]
@@ -116,7 +116,7 @@ def _plot_cases(panel: Axes, cases: Mapping[str, tuple[Values, Values]], name: s
 
 
 def _by_case(runs: Runs) -> dict[str, tuple[Values, Values]]:
-    """Returns what is measured with limits and without, by case; a run is called KIND-CASE."""
+    """Returns the values with limits and without, by case; a run is called KIND-CASE."""
     cases: dict[str, dict[str, Values]] = {}
     for name, run in runs.items():
         kind, _, case = name.partition("-")

@@ -1,4 +1,4 @@
-"""What the experiments measure in a log; nothing here judges or draws.
+"""Measures of the experiments' logs; nothing here judges or draws.
 
 `arm` is the name under which motions and wrench are logged: of an arm, or `object`.
 """
@@ -62,12 +62,12 @@ ORIENTATION_LABELS = {
 
 
 def end_reached(log: Log, segments: Sequence[MotionSegment]) -> bool:
-    """Returns whether the run went on to the end of its motion."""
+    """Returns whether the run reached the end of its motion."""
     return phase_reached(log, length_of(segments))
 
 
 def ended_in_contact(log: Log, segments: Sequence[MotionSegment]) -> bool:
-    """Returns whether the motion has ended, with a surface there to press on."""
+    """Returns whether the motion has ended and there is a surface to press on."""
     return "surface/plane" in log and end_reached(log, segments)
 
 
@@ -89,11 +89,11 @@ def true_motion(log: Log, arm: str) -> Array:
 def true_wrench(log: Log, arm: str) -> Array:
     """Returns the wrench on the environment over time without the sensors' errors (N×6).
 
-    A robot of one's own knows none but the measured one.
+    For a user's own robot only the measured one is known.
     """
     if arm != OBJECT:
         return log.get(f"{arm}/wrench_true", log[f"{arm}/wrench"])
-    # What the controller takes for the object's, less what the sensors of both hands had wrong.
+    # The object's wrench as the controller sees it, less the errors of both hands' sensors.
     wrench, p_WO = log[f"{OBJECT}/wrench"].copy(), log[f"{OBJECT}/motion_O"][:, POSITION]
     for hand in ARMS:
         h = log[f"{hand}/wrench_true"] - log[f"{hand}/wrench"]
@@ -104,7 +104,7 @@ def true_wrench(log: Log, arm: str) -> Array:
 
 
 def drift(values: Array) -> float:
-    """Returns by how much the means of two halves (N×3) differ at most, in one component."""
+    """Returns the largest difference, in one component, of the means of two halves (N×3)."""
     first, second = (half.mean(axis=0) for half in np.array_split(values, 2))
     return float(np.abs(second - first).max())
 
@@ -129,7 +129,8 @@ def force_spring_error(
 ) -> float:
     """Returns ‖f − K_pΔp_dc‖ / ‖f‖ of the means over some samples: (3.1) at rest.
 
-    No plant breaks that: f is measured, and C follows from it. With `true` f and E are the plant's.
+    No plant breaks this, since f is measured, and C follows from it. With `true`, f and E are the
+    plant's.
     """
     spring = spring_force(log, arm, impedance, samples, true=true)
     return _relative_error(_wrench(log, arm, true)[samples, 3:], spring)
@@ -138,9 +139,9 @@ def force_spring_error(
 def moment_spring_error(
     log: Log, arm: str, impedance: ImpedanceConfig, samples: Array, *, true: bool = False
 ) -> float:
-    """Returns ‖μ − μ_E‖ / ‖μ‖ of the means, μ_E the family's elastic moment: at rest zero.
+    """Returns ‖μ − μ_E‖ / ‖μ‖ of the means, with the family's elastic moment μ_E: zero at rest.
 
-    With `true` that of the true E, see `force_spring_error`.
+    With `true`, that of the true E, see `force_spring_error`.
     """
     elastic = [
         family.elastic_moment_W(D, F)
@@ -175,11 +176,11 @@ def spring_errors(
 
 
 def spring_claims(values: Mapping[str, float], bounds: Mapping[str, float]) -> list[Claim]:
-    """Returns that the wrench is that of the springs, of C and of the true E.
+    """Returns the claims that the wrench is that of the springs, for C and for the true E.
 
     Args:
-        values: `spring_errors`, as far as there are some.
-        bounds: of `force` and, if that is claimed, of `moment`.
+        values: `spring_errors`, as far as they exist.
+        bounds: of `force` and, if it is claimed, of `moment`.
     """
     of_C = [blind(at_most(_WORDS[part], values.get(part), bounds[part])) for part in bounds]
     of_E = [

@@ -1,7 +1,7 @@
-"""Whose spring gives joules away where somebody turns the end effector round a closed loop?
+"""Which springs give energy away when somebody turns the end effector round a closed loop?
 
-The hand's work goes into the spring and into the damper. What the damper takes it takes in either
-direction; what is left of a lap is the spring's, and nothing if that has a potential.
+The hand's work goes into the spring and into the damper. The damper takes energy in either
+direction. The rest of a lap is the spring's work, which is zero if the spring has a potential.
 """
 
 from collections.abc import Mapping
@@ -33,14 +33,14 @@ __all__ = [
 
 Runs = Mapping[str, tuple[Log, Any]]
 
-# Of a spring with a potential; of one without, with the stiffness of this experiment [J].
+# Energy of a spring with a potential; of one without, with this experiment's stiffness [J].
 _NOTHING, _SOMETHING = 0.05, 3.0
 
 
 def energies(log: Log, scenario: TurnedArmScenario) -> tuple[Array, Array]:
-    """Returns the energy that the hand has taken out, and that out of the spring, over time [J].
+    """Returns the energy that the hand has taken out, and that from the spring, over time [J].
 
-    The second is the first and what the damper has taken (N each).
+    The second is the sum of the first and the damper's (N each).
     """
     arm, energy = scenario.arm, ImpedanceEnergy(log[f"{scenario.arm}/energy"].T)
     w_WE = log[f"{arm}/motion_E"][:, ANGULAR_VELOCITY]
@@ -54,7 +54,7 @@ def _integral(t: Array, power: Array) -> Array:
 
 
 def laps(log: Log, scenario: TurnedArmScenario, energy: Array) -> dict[str, Array]:
-    """Returns by how much an energy (N) grows in each lap, with the rest after it, by direction."""
+    """Returns the growth of an energy (N) in each lap and the rest after it, by direction."""
     rest = scenario.hand.rest
     grown: dict[str, Array] = {}
     for name, begin, end in scenario.hand.phases():
@@ -65,7 +65,7 @@ def laps(log: Log, scenario: TurnedArmScenario, energy: Array) -> dict[str, Arra
 
 
 def claims(log: Log, scenario: TurnedArmScenario) -> list[Claim]:
-    """Returns that a lap leaves nothing, or with another's spring joules of either sign."""
+    """Returns the claims: a lap leaves nothing, or joules with another controller's spring."""
     values: dict[str, float] = {}
     if phase_reached(log, scenario.hand.duration):
         taken, spring = (laps(log, scenario, energy) for energy in energies(log, scenario))
@@ -93,7 +93,7 @@ def claims(log: Log, scenario: TurnedArmScenario) -> list[Claim]:
 
 
 def figures(log: Log, scenario: TurnedArmScenario) -> dict[str, Figure]:
-    """Returns how E is turned, the moment of the hand, and the energy out of the spring."""
+    """Returns the rotation of E, the moment of the hand, and the energy from the spring."""
     panels = [
         ("turn of E from D, in D", "ϑr [rad]", _turn(log, scenario), None),
         ("moment of the hand", "μ [Nm]", log["hand/moment"], None),
@@ -117,7 +117,7 @@ def _name(scenario: TurnedArmScenario) -> str:
 
 
 def claims_across(runs: Runs) -> list[Claim]:
-    """Returns that the springs with a potential give nothing away, and that the others do."""
+    """Returns the claims that springs with a potential give nothing away, and the others do."""
     largest: dict[bool, list[float]] = {True: [], False: []}
     for log, scenario in runs.values():
         if phase_reached(log, scenario.hand.duration):
@@ -131,7 +131,7 @@ def claims_across(runs: Runs) -> list[Claim]:
 
 
 def figure_across(runs: Runs) -> Figure:
-    """Returns the energy out of each spring since the first lap began, and lap by lap."""
+    """Returns the energy from each spring since the first lap began, and lap by lap."""
     with figure_style():
         figure = Figure(figsize=(10, 4.6))
         over_time, by_lap = figure.subplots(1, 2)

@@ -1,4 +1,4 @@
-"""What a tick and a closed loop cost, beside others: one run on one machine.
+"""The cost of a tick and of a closed loop, beside others: one run on one machine.
 
 ```
  OUT/speed.json           machine, versions, and medians
@@ -45,7 +45,7 @@ _TICK = "tick"
 _QUICK = ("single_free", "plexiglas")
 _PEERS = ("numba", "pin", "robosuite", "mujoco")
 
-# Of each timed tick its name, and what was done.
+# The name of each timed tick, and a description.
 _TICKS = {
     "loop": (
         "ControlLoop.step",
@@ -88,12 +88,12 @@ class SpeedSection:
         self._tasks = [_TICK, *(_QUICK if quick else BENCH_CASES)]
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
-        """Times what the folder does not have yet.
+        """Times the cases that the folder does not have yet.
 
         Args:
             out: folder to write into.
-            jobs: of no effect: what runs beside would be timed as well.
-            overrides: of no effect: what is timed is what `geoimp bench` times.
+            jobs: of no effect, since parallel runs would disturb the timing.
+            overrides: of no effect: the cases are those of `geoimp bench`.
         """
         del jobs, overrides
 
@@ -146,7 +146,7 @@ def time_speed(task: str) -> dict[str, Any]:
 
 
 def machine() -> dict[str, str]:
-    """Returns the machine, and the versions of what is timed, in words."""
+    """Returns the machine, and the versions of the timed packages, in words."""
     named = {name: _version(name) for name in ("drake", "numpy", *_PEERS)}
     return {
         "processor": f"{_processor()}, {os.cpu_count()} cores",
@@ -157,7 +157,7 @@ def machine() -> dict[str, str]:
 
 
 def _told(loads: Sequence[float]) -> dict[str, str]:
-    """Returns the machine, and how busy it was."""
+    """Returns the machine and its load."""
     load = f"{min(loads):.1f} to {max(loads):.1f}" if loads else "–"
     return {**machine(), "processes that wanted to run meanwhile": load}
 

@@ -1,8 +1,9 @@
-"""The orientation springs of other controllers beside this library's, as contrast.
+"""The orientation springs of other controllers, for comparison with this library's.
 
-Each is a moment ᶜμ of D's orientation seen from C and of a stiffness K_o, scaled so that for small
-turns it is K_o times the rotation vector: all have the same gains. Written from the publications
-that they name; where these give an acceleration, or another factor, the docstring says so.
+Each is a moment ᶜμ as a function of D's orientation seen from C and of a stiffness K_o. It is
+scaled so that for small turns it is K_o times the rotation vector: all have the same gains. They
+are written from the publications that they name. If these give an acceleration, or another factor,
+the docstring says so.
 """
 
 from collections.abc import Callable
@@ -49,8 +50,8 @@ def quaternion_vector_moment(Q_CD: Array, K_o: Array) -> Array:
     """ᶜμ = 2 K_o ε (3,) [Nm], of the vector part ε of Q_CD as it is given, of either sign.
 
     J. S.-C. Yuan, "Closed-loop manipulator control using quaternion feedback", IEEE Journal of
-    Robotics and Automation 4(4), 1988. Written there, and in the examples for Franka's arm, without
-    the factor 2: their K is twice this K_o.
+    Robotics and Automation 4(4), 1988. There, and in the examples for Franka's arm, the factor 2 is
+    missing: their K is twice this K_o.
 
     Args:
         Q_CD: orientation of D seen from C (4,).
@@ -66,8 +67,8 @@ def cross_product_moment(Q_CD: Array, K_o: Array) -> Array:
     J. Y. S. Luh, M. W. Walker and R. P. C. Paul, "Resolved-acceleration control of mechanical
     manipulators", IEEE Transactions on Automatic Control 25(3), 1980; O. Khatib, "A unified
     approach for motion and force control of robot manipulators: the operational space formulation",
-    IEEE Journal of Robotics and Automation 3(1), 1987. robosuite's operational-space controller
-    has it; there the stiffness is one of acceleration.
+    IEEE Journal of Robotics and Automation 3(1), 1987. The operational-space controller of
+    robosuite has it, with a stiffness of acceleration.
 
     Args:
         Q_CD: orientation of D seen from C (4,).
@@ -81,7 +82,7 @@ def seo_stiffness(K_o: Array) -> Array:
     """Returns K_R = ½ tr(K_o) I − K_o (3, 3) [Nm/rad], for which Seo's spring has K_o.
 
     Seo asks for a positive definite K_R, so that no eigenvalue of K_o may be larger than the sum of
-    the others: for diag(4, 10, 2.5) it is diag(4.25, −1.75, 5.75).
+    the others. For diag(4, 10, 2.5), K_R is diag(4.25, −1.75, 5.75).
     """
     K_R: Array = 0.5 * np.trace(K_o) * np.eye(3) - K_o
     return K_R
@@ -103,7 +104,7 @@ def seo_moment(Q_CD: Array, K_R: Array) -> Array:
 
 Moment = Callable[[Array, Array], Array]
 
-# Those that are none of this library's families: of Q_CD and K_o, compilable.
+# The springs that are none of this library's families: functions of Q_CD and K_o, compilable.
 PEERS: dict[str, Moment] = {
     "axis-angle": axis_angle_moment,
     "quaternion-vector": quaternion_vector_moment,
@@ -113,13 +114,13 @@ PEERS: dict[str, Moment] = {
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring as tables and figures show it.
+    """A spring for tables and figures.
 
     Attributes:
         title: in words.
         formula: of ᶜμ.
-        source: who published it, in short; the law's docstring has it whole.
-        moment: ᶜμ (3,) [Nm] of Q_WD and Q_WC (4,), of either sign, and of K_o (3, 3).
+        source: short form of its publication; the law's docstring has the whole.
+        moment: ᶜμ (3,) [Nm] from Q_WD and Q_WC (4,), of either sign, and from K_o (3, 3).
     """
 
     title: str
@@ -129,7 +130,7 @@ class Spring:
 
 
 def _of_peer(moment: Moment) -> Callable[[Array, Array, Array], Array]:
-    """Returns the moment of a peer, to whom no one has said which sign of a quaternion to take."""
+    """Returns the moment of a peer, which does not know which sign of a quaternion to take."""
 
     def of_attitudes(Q_WD: Array, Q_WC: Array, K_o: Array) -> Array:
         return moment(quaternion.product(quaternion.conjugate(Q_WC), Q_WD), K_o)

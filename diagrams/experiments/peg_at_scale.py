@@ -1,4 +1,4 @@
-"""Peg in hole at scale: thousands of draws of what a program is wrong about, for several hands.
+"""Peg in hole at scale: thousands of draws of a program's errors, for several hands.
 
 ```
  OUT/samples.csv            a row a sample, with what repeats it (`geoimp sweep` writes it)
@@ -43,20 +43,20 @@ Rows = Sequence[Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Hand:
-    """How the samples of a hand ended.
+    """The results of a hand's samples.
 
     Attributes:
         hand: name of the variant.
-        samples: how many ran to their end.
+        samples: number of samples that ran to their end.
         success: share with a seated peg and small forces, with its 95 % interval.
-        low: see there.
-        high: see there.
+        low: lower end of that interval.
+        high: upper end of that interval.
         seated: share with the peg in, whatever the forces.
         jammed: share whose peg stopped in the hole.
         missed: share whose peg stayed on the mouth.
         stopped: share in which the cell stopped at the sensor's range.
-        median_force: of the largest force [N].
-        high_force: that 95 % of the samples do not exceed [N].
+        median_force: median of the largest force [N].
+        high_force: the force that 95 % of the samples do not exceed [N].
     """
 
     hand: str
@@ -74,14 +74,14 @@ class Hand:
 
 @dataclass(frozen=True)
 class ScaleResult:
-    """What the experiment left.
+    """The results of the experiment.
 
     Attributes:
         rows: of all samples.
-        hands: how each did.
+        hands: the results of each.
         claims: on them.
-        failures: what stopped a sample, by its index.
-        files: that were written.
+        failures: errors that stopped samples, by index.
+        files: those that were written.
     """
 
     rows: Rows
@@ -99,14 +99,14 @@ def run_peg_at_scale(
     overrides: Sequence[str] = (),
     samples: int | None = None,
 ) -> ScaleResult:
-    """Runs what `out` does not have yet, and writes tables and figures.
+    """Runs the samples that `out` does not have yet, and writes tables and figures.
 
     Args:
         out: folder to write into; made if need be.
         jobs: processes on this machine.
         scheduler: address of a Dask scheduler whose workers are used instead.
         overrides: settings of every run.
-        samples: how many, in the place of the plan's.
+        samples: their number, instead of the plan's.
 
     Raises:
         ConfigurationError: an override, the folder or the scheduler cannot be used; nothing has
@@ -129,7 +129,7 @@ def run_peg_at_scale(
 
 
 def hands_of(rows: Rows) -> list[Hand]:
-    """Returns how the samples of each hand ended, of rows without an error."""
+    """Returns the results of each hand's samples, from rows without an error."""
     names = dict.fromkeys(str(row["variant"]) for row in rows)
     return [_hand(name, [row for row in rows if row["variant"] == name]) for name in names]
 
@@ -164,7 +164,7 @@ def _interval(share: float, n: int) -> tuple[float, float]:
 
 
 def _claims(hands: Sequence[Hand], rows: Rows) -> list[Claim]:
-    """Returns that samples run, and each hand's success, which is only reported."""
+    """Returns the claim that samples run, and each hand's success, which is only reported."""
     ran = sum(hand.samples for hand in hands) / len(rows)
     return [
         at_least("share of the samples that ran to their end", ran, 0.99),
@@ -191,7 +191,7 @@ class PegAtScaleSection:
     files: tuple[str, ...] = _FILES
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
-        """Runs what `out` does not have yet; arguments as of `run_peg_at_scale`."""
+        """Runs the samples that `out` does not have yet; arguments as of `run_peg_at_scale`."""
         samples = self.samples
         if self.quick and samples is None:
             samples = round(QUICK * SweepPlan.read(PLAN).samples)

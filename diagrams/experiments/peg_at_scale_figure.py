@@ -16,8 +16,8 @@ __all__ = ["scale_figure"]
 Rows = Sequence[Mapping[str, Any]]
 
 _OFFSET, _ANGLE = "offset of the hole [mm]", "misalignment [°]"
-_BINS, _LEAST = 4, 10  # of a rate over a number, with so many samples each
-_MOST = (2.83, 5.66)  # of both, which the plan draws along two axes
+_BINS, _LEAST = 4, 10  # of rates over a number, with at least so many samples each
+_MOST = (2.83, 5.66)  # largest values of both, which the plan draws along two axes
 _PEG = 17.0  # diameter [mm]
 _PANELS: dict[str, Callable[[Mapping[str, Any]], float]] = {
     "play of the peg [mm]": lambda row: (1e3 * row["peg_hole.hole_diameter"] - _PEG) / 2,
@@ -28,7 +28,7 @@ _PANELS: dict[str, Callable[[Mapping[str, Any]], float]] = {
 
 
 def scale_figure(rows: Rows) -> Figure:
-    """Returns a map of the success a hand, and below the forces and what else is drawn.
+    """Returns one map of the success for each hand, and below the forces and the other draws.
 
     Args:
         rows: of samples without an error.
@@ -51,7 +51,7 @@ def scale_figure(rows: Rows) -> Figure:
 
 
 def _seen(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns a row with what the program is wrong about as two sizes, and the panels' numbers."""
+    """Returns a row with the sizes of the program's two errors, and the panels' numbers."""
     offset, angle = (
         _size(row, f"misplanned.{key}.0", f"misplanned.{key}.2")
         for key in ("offset", "rotation_deg")
@@ -76,7 +76,7 @@ def _draw_maps(figure: Figure, panels: Sequence[Axes], samples: Mapping[str, Row
 
 
 def _draw_forces(axes: Axes, samples: Mapping[str, Rows]) -> None:
-    """Draws which share of a hand's samples exceeds a force."""
+    """Draws the share of a hand's samples that exceeds a force."""
     for hand, rows in samples.items():
         force = np.sort([row["peak_force"] for row in rows])
         axes.step(force, 1.0 - np.arange(len(force)) / len(force), label=hand)
@@ -93,7 +93,7 @@ def _draw_rates(axes: Axes, samples: Mapping[str, Rows], label: str) -> None:
 
 
 def _rates(rows: Rows, label: str) -> Array:
-    """Returns the middles of bins of equally many samples, and the rates there (2, bins)."""
+    """Returns the centres of bins with equal numbers of samples, and their rates (2, bins)."""
     values, wins = (np.array([row[key] for row in rows], dtype=float) for key in (label, "success"))
     bins = np.array_split(np.argsort(values), max(1, min(_BINS, len(rows) // _LEAST)))
     return np.array([(values[chosen].mean(), wins[chosen].mean()) for chosen in bins]).T

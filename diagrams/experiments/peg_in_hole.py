@@ -1,4 +1,4 @@
-"""Loose cooperation: what `peg_in_hole` must show, and Fig 5.12."""
+"""Loose cooperation: the claims of `peg_in_hole`, and Fig 5.12."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,12 +16,12 @@ __all__ = ["claims", "depth", "encounter", "figures", "sweep_values"]
 
 FORCE_BOUND, MOMENT_BOUND = 50.0, 5.0  # within which mating stays [N, Nm]
 FORCE_RANGE, MOMENT_RANGE = 130.0, 10.0  # of the wrist sensor
-IN_THE_HOLE = 2e-3  # of a tip, farther than a tilt puts its edge [m]
+IN_THE_HOLE = 2e-3  # depth of a tip, deeper than a tilt can put its edge [m]
 STEADY_FORCE = 25.0, 0.4  # 15 to 35 N
 
 
 def depth(log: Log, scenario: LooseScenario) -> Array:
-    """Returns how far the peg's tip is behind the hole's mouth over time (N) [m]."""
+    """Returns the depth of the peg's tip behind the hole's mouth over time (N) [m]."""
     tip, mouth = log[f"{scenario.peg_arm}/motion_E"], log["hole/motion_H"]
     return np.array(
         [insertion(pose_of(P), pose_of(H)).depth for P, H in zip(tip, mouth, strict=True)]
@@ -50,7 +50,7 @@ def claims(log: Log, scenario: LooseScenario) -> list[Claim]:
 
 
 def sweep_values(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
-    """Returns what a sweep tabulates: success is a seated peg with small forces.
+    """Returns the values for a sweep's table: success is a seated peg with small forces.
 
     A peg that is not seated has jammed if its tip is in the hole; otherwise it has missed it.
     """
@@ -69,7 +69,7 @@ def sweep_values(log: Log, scenario: LooseScenario) -> dict[str, float | bool]:
 
 
 def _beyond_the_sensor(log: Log, scenario: LooseScenario) -> Claim:
-    """Returns the claim about the same run without impedance: it would break something."""
+    """Returns the claim on the same run without impedance: it would break something."""
     force, moment = _peaks(log, scenario)
     excess = max(force / FORCE_RANGE, moment / MOMENT_RANGE)
     return at_least(
@@ -126,7 +126,7 @@ def _least_depth(scenario: LooseScenario) -> float:
 
 
 def _overshoot(scenario: LooseScenario) -> float:
-    """Returns how far the plan leads past the hole's bottom [m]."""
+    """Returns the distance by which the plan leads past the hole's bottom [m]."""
     return scenario.planned().path - scenario.peg_hole.hole_depth
 
 
@@ -144,7 +144,7 @@ def _reached(log: Log, scenario: LooseScenario) -> bool:
 
 
 def figures(log: Log, scenario: LooseScenario) -> dict[str, Figure]:
-    """Returns Fig 5.12 with the depth beside it, from the insertion on."""
+    """Returns Fig 5.12 with the depth beside it, from the begin of the insertion."""
     moves = [
         (str(name), float(begin), float(end))
         for name, (begin, end) in zip(log["program/moves"], log["program/times"], strict=True)

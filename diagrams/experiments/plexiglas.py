@@ -1,4 +1,4 @@
-"""Case study 1: what `plexiglas` must show, and Fig 5.3."""
+"""Case study 1: the claims of `plexiglas`, and Fig 5.3."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def _values_at_rest(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
 
 
 def _sideways(log: Log, arm: str, samples: Array) -> float:
-    """Returns the larger |Δp_dc| along X and Y over that along Z, of the mean."""
+    """Returns the larger |Δp_dc| along X and Y divided by that along Z, of the mean."""
     dp = (log[f"{arm}/motion_D"] - log[f"{arm}/motion_C"])[samples][:, POSITION].mean(axis=0)
     return float(np.abs(dp[:2]).max() / np.abs(dp[2]))
 

@@ -1,4 +1,4 @@
-"""Metrics that others publish, computed here under the same names, with their numbers beside ours.
+"""Published metrics, computed here under the same names, with the published numbers beside ours.
 
 ```
  OUT/published_metrics.csv         a number a row: metric, whose, conditions, source, what differs
@@ -57,10 +57,10 @@ __all__ = ["PublishedMetricsSection", "step_metrics", "task_metrics"]
 _NAME, _JOURNAL = "published_metrics", "journal.jsonl"
 _FILES = (_JOURNAL, f"{_NAME}.csv", *figure_files(_NAME))
 _FIELDS = {"identity": str, "values": dict, "failure": str | None}
-_LIMIT = 20.0  # of the force, as others count the time above it [N]
-_STEP = 0.249  # how long others look at a step [s]
+_LIMIT = 20.0  # of the force; publications count the time above it [N]
+_STEP = 0.249  # duration of a step in publications [s]
 
-# Of our runs, by metric: a bound for each run that has it.
+# Bounds of our runs, by metric and run.
 _BOUNDS = {
     "regulation_position": {
         "known plant": 0.001,
@@ -79,8 +79,8 @@ _BOUNDS = {
 def task_metrics(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
     """Returns the metrics of a run of `disturbance`, as far as it has come, by key.
 
-    Settling errors are `measured`'s means in the last second of the phase at rest; tracking is the
-    free motion before it; force and time above 20 N are of the whole run.
+    Settling errors are the means of `measured` in the last second of the phase at rest. Tracking is
+    the free motion before it. Force and time above 20 N are those of the whole run.
     """
     phases = {name: end for name, _, end in phases_of(scenario.segments)}
     values = {}
@@ -110,10 +110,10 @@ def _tracking(log: Log, scenario: SingleArmScenario, moving: Any) -> dict[str, f
 
 
 def step_metrics(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
-    """Returns the impedance fidelity of a run in which a force steps on the free hand, by key.
+    """Returns the impedance fidelity of a run with a force step on the free hand, by key.
 
-    A force f is a step of the equilibrium by K⁻¹ f. Power is told of that, for E and for the
-    impedance as it is asked for, over the first 0.249 s; rotation is left out.
+    A force f is a step of the equilibrium by K⁻¹ f. The powers of E and of the configured impedance
+    are compared over the first 0.249 s. Rotation is left out.
     """
     t = log["t"]
     if not phase_reached(log, _STEP) or scenario.external is None:
@@ -134,7 +134,7 @@ def step_metrics(log: Log, scenario: SingleArmScenario) -> dict[str, float]:
 
 
 def _measure(run: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns a run's `values` by metric, its `identity` and what stopped it."""
+    """Returns a run's `values` by metric, its `identity` and its failure."""
     experiment = get_experiment(run["experiment"])
     scenario = experiment.scenario((run["scenario"],))
     log, failure = simulated(experiment.build(scenario), scenario)
@@ -151,7 +151,7 @@ def _identity(run: Mapping[str, Any]) -> str:
 
 
 def _runs(plan: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Returns what is run, by name: experiment and data of the scenario."""
+    """Returns the runs by name: experiment and data of the scenario."""
     runs = {}
     for name, run in plan["runs"].items():
         settings = (*run["settings"], *run.get("world", ()), *overrides)
@@ -176,7 +176,7 @@ def _claims(plan: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
 
 
 class PublishedMetricsSection:
-    """The part of a report that holds our numbers beside those that others publish."""
+    """The part of a report that puts our numbers beside published ones."""
 
     name = _NAME
     files = _FILES
@@ -188,13 +188,13 @@ class PublishedMetricsSection:
         overrides: Sequence[str],
         plan: Mapping[str, Any] | None = None,
     ) -> SectionResult:
-        """Runs what `out` does not have yet, and writes table and figure.
+        """Runs the cases that `out` does not have yet, and writes table and figure.
 
         Args:
             out: folder to write into; made if need be.
             jobs: processes on this machine.
             overrides: settings of every run.
-            plan: what is run and what is published; `published_metrics.yaml` by default.
+            plan: the runs and the published numbers; `published_metrics.yaml` by default.
 
         Raises:
             ConfigurationError: an override or the folder cannot be used; nothing has been written.

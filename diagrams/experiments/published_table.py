@@ -1,4 +1,4 @@
-"""Numbers that others publish and this library's, as a table and as a figure."""
+"""Published numbers and this library's, as a table and as a figure."""
 
 import csv
 import io
@@ -24,10 +24,10 @@ class Row:
     Attributes:
         metric: key in `published_metrics.yaml`.
         value: in the metric's unit.
-        of: whose, or which run of ours.
-        conditions: under which it was measured.
-        source: where it is published; empty for ours.
-        read: what of the source was read.
+        of: the published controller, or our run.
+        conditions: those of the measurement.
+        source: its publication; empty for ours.
+        read: the part of the source that was read.
     """
 
     metric: str
@@ -63,7 +63,7 @@ def _rows(
 
 
 def table(plan: Mapping[str, Any], rows: Sequence[Row]) -> str:
-    """Returns the rows as CSV, with what is not comparable in each."""
+    """Returns the rows as CSV, each with the differences that forbid a comparison."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = ("metric", "value", "unit", "of", "conditions", "source", "read", "not comparable")
@@ -77,7 +77,7 @@ def table(plan: Mapping[str, Any], rows: Sequence[Row]) -> str:
 
 
 def report_table(plan: Mapping[str, Any], rows: Sequence[Row]) -> Table:
-    """Returns one row a metric: the published numbers, ours, and what is not comparable."""
+    """Returns one row for each metric: the published numbers, ours, and their differences."""
     cells = []
     for name, metric in plan["metrics"].items():
         own = [row for row in rows if row.metric == name]
@@ -94,7 +94,7 @@ def report_table(plan: Mapping[str, Any], rows: Sequence[Row]) -> Table:
 
 
 def figure(plan: Mapping[str, Any], rows: Sequence[Row]) -> Figure:
-    """Returns one panel for each metric that can be compared, a bar a number."""
+    """Returns one panel for each comparable metric, with one bar for each number."""
     shown = [name for name, metric in plan["metrics"].items() if metric.get("panel", True)]
     lines = -(-len(shown) // 2)
     with figure_style():

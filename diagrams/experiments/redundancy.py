@@ -1,4 +1,4 @@
-"""Case study 5: what `redundancy` must show, and Figs 5.10 and 5.11."""
+"""Case study 5: the claims of `redundancy`, and Figs 5.10 and 5.11."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -31,7 +31,7 @@ __all__ = ["claims", "figures", "task_value"]
 def claims(log: Log, scenario: SingleArmScenario) -> list[Claim]:
     """Returns the claims of the fifth case study, each with its value from the log.
 
-    What the run with k_β and the one without have in common is compared by a test.
+    A test compares the run with k_β and the one without.
     """
     return [
         *_claims_on_reconfiguration(log, scenario),
@@ -110,7 +110,7 @@ def _across_over_along(vector: Array, axis: Array) -> float:
 
 
 def _claims_after_leaving(log: Log, scenario: SingleArmScenario) -> list[Claim]:
-    """Returns that everything is back to zero at the end."""
+    """Returns the claims that everything is back to zero at the end."""
     arm, rest = scenario.arm, last_second(log)
     end = sum(segment.duration for segment in scenario.segments)
     reached = phase_reached(log, end)
@@ -160,6 +160,6 @@ def figures(log: Log, scenario: SingleArmScenario) -> dict[str, Figure]:
 
 
 def _end_of(scenario: SingleArmScenario, name: str) -> float:
-    """Returns when a phase ends [s]; of the whole motion if there is none of that name."""
+    """Returns the end of a phase [s]; of the whole motion if there is no phase of that name."""
     ends = [end for label, _, end in phases_of(scenario.segments) if label == name]
     return ends[0] if ends else sum(segment.duration for segment in scenario.segments)

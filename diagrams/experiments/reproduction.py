@@ -1,4 +1,4 @@
-"""What `geoimp reproduce` runs of each experiment; in words and settings in reproduction.yaml."""
+"""The runs of `geoimp reproduce` for each experiment; reproduction.yaml has words and settings."""
 
 import importlib.util
 import logging
@@ -25,7 +25,7 @@ _log = logging.getLogger("drake")
 def studies() -> tuple[Study, ...]:
     """Returns every experiment with its variants, in the catalogue's order, then two simulators.
 
-    These are left out, with a word in Drake's log, where the second is not installed.
+    The simulators' studies are left out, with a word in Drake's log, if MuJoCo is not installed.
     """
     names = list(EXPERIMENTS)
     if importlib.util.find_spec("mujoco") is not None:
@@ -36,12 +36,12 @@ def studies() -> tuple[Study, ...]:
 
 
 def sections() -> tuple[Section, ...]:
-    """Returns what is run besides."""
+    """Returns the further sections."""
     return (WorldsSection(),)
 
 
 def get_study(name: str) -> Study:
-    """Returns one of them, by the name of its folder."""
+    """Returns a study by the name of its folder."""
     data = _data()[name]
     variants = tuple(_variants(data))
     comparison, experiment = data["comparison"], data.get("experiment")

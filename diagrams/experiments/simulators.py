@@ -1,8 +1,8 @@
-"""How far MuJoCo and Drake agree on the same experiment: one curve a simulator, and bounds.
+"""The agreement of MuJoCo and Drake on the same experiment: one curve a simulator, and bounds.
 
-Runs are compared in pairs, `drake` with `mujoco`, `drake NAME` with `mujoco NAME`. What friction
-leaves sideways, and the peak of the moment as the edge of the disk arrives, depend on how a
-simulator divides the contact, and nothing is claimed about them.
+Runs are compared in pairs, `drake` with `mujoco`, `drake NAME` with `mujoco NAME`. Two values
+depend on how a simulator divides the contact: the sideways force that friction leaves, and the peak
+moment as the disk's edge arrives. Nothing is claimed about them.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ _DRAKE, _MUJOCO = "drake", "mujoco"
 
 
 def _pairs(runs: Runs) -> Iterator[tuple[str, tuple[Log, Any], tuple[Log, Any]]]:
-    """Yields of each pair what is put behind a claim's name, and both runs."""
+    """Yields, for each pair, the suffix of a claim's name, and both runs."""
     for name, run in runs.items():
         other = name.replace(_DRAKE, _MUJOCO)
         if name.startswith(_DRAKE) and other in runs:
@@ -54,7 +54,7 @@ def _contact_agrees(runs: Runs) -> list[Claim]:
 
 
 def _at_rest(*runs: tuple[Log, SingleArmScenario]) -> dict[str, float | None]:
-    """Returns how far two runs are apart at rest, nothing where one has not come to that."""
+    """Returns the differences of two runs at rest, None where one of them has not come to rest."""
     if not all(ended_in_contact(log, scenario.segments) for log, scenario in runs):
         return {}
     arm = runs[0][1].arm
@@ -79,7 +79,7 @@ def _norms(log: Log, scenario: SingleArmScenario) -> Array:
 
 
 def _off(drake: float, mujoco: float) -> float | None:
-    """Returns the relative difference; None where there is nothing to differ from."""
+    """Returns the relative difference; None where the reference is zero."""
     return abs(float(mujoco / drake) - 1.0) if drake else None
 
 

@@ -1,4 +1,4 @@
-"""Case study 2: what `singularity` must show, and Figs 5.4 and 5.5."""
+"""Case study 2: the claims of `singularity`, and Figs 5.4 and 5.5."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,7 +13,7 @@ __all__ = ["claims", "figures", "held_and_peak"]
 
 
 def held_and_peak(log: Log, arm: str) -> dict[str, float]:
-    """Returns the norms of moment and force, held (mean of the last second) and at their peak."""
+    """Returns the norms of moment and force: held (mean of the last second) and at their peak."""
     wrench = log[f"{arm}/wrench_true"]
     rest = last_second(log)
     norms = {

@@ -1,8 +1,9 @@
-"""What tells orientation springs apart, computed from their laws alone, without a simulation.
+"""Measures that tell orientation springs apart, from their laws alone, without a simulation.
 
-(a) the work round a closed loop of orientations, (b) whether a turn about a principal axis of the
-stiffness is answered about that axis, (c) the moment near a half turn and near the singularities
-of Euler angles, (d) what happens if a target comes as −Q in the place of Q, the same orientation.
+- (a) the work round a closed loop of orientations;
+- (b) whether the moment of a turn about a principal axis of the stiffness is about that axis;
+- (c) the moment near a half turn and near the singularities of Euler angles;
+- (d) the moment if a target comes as −Q instead of Q, the same orientation.
 """
 
 from typing import Any
@@ -27,17 +28,17 @@ __all__ = [
 
 LOOP_STIFFNESS = np.diag([4.0, 10.0, 2.5])  # [Nm/rad]
 
-# Of the law's own axes, in which K_o is diagonal.
+# Attitude of the law's own axes, in which K_o is diagonal.
 _PRINCIPAL_AXES = so3.exp(np.array([0.5, -0.4, 0.7]))
 _TILTED = quaternion.exp(np.array([0.3, 0.5, -0.4]))
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _PITCHED = quaternion.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.radians(88.0))
 
-# A target that is turned by 40°.
+# A target turned by 40°.
 _AXIS = np.array([0.48, 0.6, -0.64])
 _TARGET = quaternion.from_axis_angle(_AXIS, np.radians(40.0))
 
-# By spring: what draws no work is solid.
+# By spring: those without work on a closed loop are solid.
 SPRING_STYLES: dict[str, dict[str, Any]] = {
     "quaternion": {"color": "#0072B2", "marker": "o"},
     "angle-axis-simple": {"color": "#56B4E9", "marker": "s"},
@@ -51,10 +52,10 @@ SPRING_STYLES: dict[str, dict[str, Any]] = {
 
 
 def moment_at(spring: Spring, Q_CD: Array, K_o: Array, Q_WD: Array = _IDENTITY) -> Array:
-    """Returns ᶜμ (3,) [Nm] at a relative orientation, the attitude of C as it is measured: η ≥ 0.
+    """Returns ᶜμ (3,) [Nm] at a relative orientation; the measured attitude of C has η ≥ 0.
 
     Args:
-        spring: whose moment it is.
+        spring: the one that gives the moment.
         Q_CD: orientation of D seen from C (4,).
         K_o: stiffness (3, 3) [Nm/rad].
         Q_WD: attitude of D (4,).
@@ -66,8 +67,8 @@ def moment_at(spring: Spring, Q_CD: Array, K_o: Array, Q_WD: Array = _IDENTITY) 
 def work_round(spring: Spring, K_o: Array = LOOP_STIFFNESS, steps: int = 1000) -> Array:
     """Returns the energy that a hand has taken out along the loop (steps + 1,) [J].
 
-    Whoever turns C round `orientation_loop` gets ∫ ᶜμᵀ ᶜω_c dt, while D rests; the other way round
-    the lap gives the negative of it.
+    Whoever turns C round `orientation_loop` gets ∫ ᶜμᵀ ᶜω_c dt, while D rests. In the other
+    direction the lap gives the negative of it.
     """
     s = np.linspace(0.0, 2.0 * np.pi, steps + 1)
     middles = 0.5 * (s[1:] + s[:-1])
@@ -85,7 +86,7 @@ def _turn_of_C(first: float, last: float) -> Array:
 
 
 def _misalignment(spring: Spring, K_o: Array, axis: int, degrees: float) -> float:
-    """Returns the sine between moment and axis, of a turn about one of the principal axes."""
+    """Returns the sine of the angle between moment and axis, for a turn about a principal axis."""
     U, turn = _PRINCIPAL_AXES, np.radians(degrees)
     Q_CD = quaternion.from_axis_angle(U[:, axis], turn)
     moment = moment_at(spring, Q_CD, U @ K_o @ U.T, _TILTED)
@@ -93,14 +94,14 @@ def _misalignment(spring: Spring, K_o: Array, axis: int, degrees: float) -> floa
 
 
 def _held(spring: Spring, degrees: float) -> float:
-    """Returns the moment about the axis of a turn about x, stiffness one [rad]."""
+    """Returns the moment about x for a turn about x, with stiffness one [rad]."""
     axis = np.array([1.0, 0.0, 0.0])
     Q_CD = quaternion.from_axis_angle(axis, np.radians(degrees))
     return float(moment_at(spring, Q_CD, np.eye(3)) @ axis)
 
 
 def _near_pitch(spring: Spring, Q_WD: Array, Q_CD: Array) -> float:
-    """Returns the largest moment for 5° more about any axis, over that of a linear spring."""
+    """Returns the largest moment for 5° more about any axis, divided by that of a linear spring."""
     gains = []
     for axis in np.eye(3):
         turned = quaternion.product(quaternion.from_axis_angle(axis, np.radians(5.0)), Q_CD)
@@ -110,19 +111,19 @@ def _near_pitch(spring: Spring, Q_WD: Array, Q_CD: Array) -> float:
 
 
 def _sign_change(spring: Spring, K_o: Array) -> float:
-    """Returns by how much the moment changes where the target comes as −Q, over itself."""
+    """Returns the relative change of the moment when the target comes as −Q."""
     one, other = (spring.moment(Q, _IDENTITY, K_o) for Q in (_TARGET, -_TARGET))
     return float(np.linalg.norm(one - other) / np.linalg.norm(one))
 
 
 def _note(name: str, K_o: Array, before: str = "") -> str:
-    """Returns what is to be said of a spring with a stiffness, `before` it, or nothing."""
+    """Returns a note on a spring with a stiffness, after the text `before`; or an empty text."""
     least = float(np.linalg.eigvalsh(seo_stiffness(K_o))[0])
     return f"{before}K_R has the eigenvalue {least:.3g}" if name == "seo" and least <= 0.0 else ""
 
 
 def springs_table(K_o: Array = LOOP_STIFFNESS) -> list[dict[str, str | float]]:
-    """Returns a row of each spring, by column title.
+    """Returns one row for each spring, by column title.
 
     Args:
         K_o: stiffness of the work, the misalignment and the flipped sign (3, 3) [Nm/rad].
@@ -178,7 +179,7 @@ def springs_figure(K_o: Array = LOOP_STIFFNESS) -> Figure:
 
 
 def _moment_in_pitch(spring: Spring, degrees: float) -> float:
-    """Returns the moment about y of a turn about y, a little beside it, stiffness one [rad]."""
+    """Returns the moment about y for a turn nearly about y, with stiffness one [rad]."""
     y = np.array([0.0, 1.0, 0.0])
     beside = quaternion.exp(np.radians(np.array([5.0, 0.0, 3.0])))
     Q_CD = quaternion.product(beside, quaternion.from_axis_angle(y, np.radians(degrees)))

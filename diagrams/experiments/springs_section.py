@@ -1,4 +1,4 @@
-"""The orientation springs side by side, as a part of a report: from their laws, no simulation."""
+"""The orientation springs side by side, as a part of a report: from their laws alone."""
 
 from collections.abc import Sequence
 from pathlib import Path

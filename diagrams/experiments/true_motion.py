@@ -1,4 +1,4 @@
-"""What is true of a run beside what its controller takes for true, in one figure."""
+"""The true motion of a run beside that which its controller knows, in one figure."""
 
 from typing import Any
 
@@ -14,15 +14,15 @@ from geoimp_drake.typing import Array
 
 __all__ = ["true_motion_figures"]
 
-# Where the log has the end effector, or the object, as it is and as the controller takes it to be.
+# Keys of the log: the true end effector or object, and the one that the controller knows.
 _PLACES = {"true": "motion_E", "as the controller knows it": "motion_E_known"}
 _PLACES_OF_OBJECT = {"true": "motion_bar", "as the controller knows it": "motion_O"}
 
 
 def true_motion_figures(log: Log, scenario: Any) -> dict[str, Figure]:
-    """Returns how far E, or the object O, is from C: truly, and for the controller.
+    """Returns the distance of E, or of the object O, from C: the true one, and the controller's.
 
-    None where the plant is as the controller knows it.
+    There is none if the plant is as the controller knows it.
     """
     if scenario.world.is_none():
         return {}

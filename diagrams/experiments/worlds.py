@@ -49,8 +49,8 @@ _FORCE, _STIFFNESS = (
     "normal force over depth",
 )
 
-# Of plexiglas, by error and size: most of E off C at rest and ever [mm], and of the relative errors
-# of force and stiffness.
+# Bounds for plexiglas, by error and size. They hold for E's distance from C at rest and ever [mm],
+# and for the relative errors of force and stiffness.
 _BOUNDS = {
     ("masses", "+10 %"): (0.6, 0.6, 0.01, 0.03),
     ("Coulomb friction", "2 %"): (4.0, 4.0, 0.05, 0.03),
@@ -61,13 +61,13 @@ _BOUNDS = {
 
 @dataclass(frozen=True)
 class WorldsResult:
-    """What the experiment left.
+    """The results of the experiment.
 
     Attributes:
         matrix: by experiment and claim, then by error.
         claims: on the deviations.
-        failures: what stopped a run, by its key.
-        files: that were written.
+        failures: the errors that stopped runs, by key.
+        files: those that were written.
     """
 
     matrix: Matrix
@@ -79,7 +79,7 @@ class WorldsResult:
 def worlds(plan: Mapping[str, Any], overrides: Sequence[str] = ()) -> Iterator[World]:
     """Yields every run of a plan, `worlds.yaml` as data, or those whose keys fit its `only`.
 
-    Overrides are those of all runs.
+    The overrides apply to all runs.
     """
     for world in _all_worlds(plan, overrides):
         if any(fnmatchcase(world.key, pattern) for pattern in plan.get("only", "*")):
@@ -111,9 +111,9 @@ def _world(
 
 
 def run_world(world: World) -> dict[str, Any]:
-    """Returns the run's `claims`, E's `deviation` from C at rest and ever [mm], and `failure`.
+    """Returns the run's `claims`, the `deviation` of E from C at rest and ever [mm], and `failure`.
 
-    Its `identity` is that of scenario and library.
+    The result's `identity` is that of scenario and library.
     """
     experiment = get_experiment(world.experiment)
     scenario = experiment.scenario((world.scenario,))
@@ -144,13 +144,13 @@ def run_worlds(
     overrides: Sequence[str] = (),
     plan: Mapping[str, Any] | None = None,
 ) -> WorldsResult:
-    """Runs what `out` does not have yet, and writes table, heat map and claims.
+    """Runs the worlds that `out` does not have yet, and writes table, heat map and claims.
 
     Args:
         out: folder to write into; made if need be.
         jobs: processes on this machine.
         overrides: settings of every run.
-        plan: what is run; `worlds.yaml` beside this file by default.
+        plan: the worlds; `worlds.yaml` beside this file by default.
 
     Raises:
         ConfigurationError: an override or the folder cannot be used; nothing has been written.
@@ -169,7 +169,7 @@ def run_worlds(
         run_world,
         jobs=jobs,
         journal=out / _JOURNAL,
-        # With other seeds or fewer experiments what has finished stays.
+        # With other seeds or fewer experiments, finished runs stay.
         plan={"errors": plan["errors"], "mixes": plan["mixes"], "overrides": list(overrides)},
         label="geoimp run worlds",
         fields=_FIELDS,
@@ -235,7 +235,7 @@ class WorldsSection:
     files = _FILES
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
-        """Runs what `out` does not have yet; arguments as of `run_worlds`."""
+        """Runs the worlds that `out` does not have yet; arguments as of `run_worlds`."""
         data = read_yaml(Path(__file__).with_suffix(".yaml"))
         plan = {**data, "seeds": 1, "only": data["short"]["only"]}
         result = run_worlds(out, jobs=jobs, overrides=overrides, plan=plan)

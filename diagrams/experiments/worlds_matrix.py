@@ -34,7 +34,7 @@ class World:
 
 @dataclass(frozen=True)
 class Cell:
-    """How a claim fares with an error: in words, and which share of its runs keeps it."""
+    """The verdict on a claim under an error: in words, and the share of runs that keep it."""
 
     words: str
     share: float | None
@@ -51,7 +51,7 @@ def matrix_of(runs: Mapping[str, World], results: Mapping[str, Any]) -> Matrix:
 
     Args:
         runs: by key.
-        results: of `run_world` by key, None for what could not run.
+        results: of `run_world` by key, None for a run that could not start.
     """
     found: dict[tuple[str, str], dict[str, list[tuple[str, bool | None]]]] = {}
     names = {
@@ -72,7 +72,7 @@ def matrix_of(runs: Mapping[str, World], results: Mapping[str, Any]) -> Matrix:
 
 
 def _cell(runs: Sequence[tuple[str, bool | None]]) -> Cell:
-    """Returns how a claim fares in the runs of an error, whose sizes grow, or of a mix."""
+    """Returns the verdict on a claim from the runs of an error, in growing sizes, or of a mix."""
     verdicts = [holds for _, holds in runs]
     if all(holds is None for holds in verdicts):
         return Cell("–", None)
@@ -99,7 +99,7 @@ def table(matrix: Matrix) -> str:
 
 
 def heat_map(matrix: Matrix) -> Figure:
-    """Returns the matrix in colours: red fails, green holds at every size or seed."""
+    """Returns the matrix in colours: red for failed, green for held at every size or seed."""
     from matplotlib.colors import LinearSegmentedColormap
 
     errors = list(dict.fromkeys(error for cells in matrix.values() for error in cells))

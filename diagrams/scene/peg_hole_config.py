@@ -30,7 +30,7 @@ class PegHoleConfig:
     direction and the roll. The time of a step grows with the sides, the peg's most of all.
 
     The modulus is a compromise. A peg that lands flat on the bottom at 9 mm/s gives 33 N for an
-    instant; with ten times the modulus it gives 60 N. But the sharp edge of the mouth holds a peg
+    instant. With ten times the modulus it gives 60 N. But the sharp edge of the mouth holds a peg
     that overlaps it by 0.3 mm with 40 N only after 2 mm. With ten times the modulus it does so
     after 1 mm.
     """

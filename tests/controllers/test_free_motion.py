@@ -9,8 +9,8 @@ from geoimp_drake.diagrams.setups.single_arm_scenario import SingleArmScenario
 from geoimp_drake.models import dh_to_joint
 from geoimp_drake.systems.sources.desired_motion import MotionSegment
 
-# The way of the first case, down 0.18 m, but in 1.5 s instead of the first part of 7 s: its
-# greatest acceleration is fifteen times that of the case's free part.
+# The displacement of the first case, down 0.18 m, but in 1.5 s instead of the first part of 7 s.
+# Its greatest acceleration is fifteen times that of the case's free part.
 MOTION = MotionSegment(1.5, np.array([0.0, 0.0, -0.18]))
 POSTURE_DEG = np.array([7.02, 68.29, -27.17, 0.0, -41.12, 7.02])  # Denavit-Hartenberg
 

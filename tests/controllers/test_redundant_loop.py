@@ -1,7 +1,7 @@
 """The arm on the track in closed loop: idle, pushed, reconfigured (case 5) and at a joint limit.
 
-Steps are coarser than the 1 ms of the experiments: sampling errors grow with the step, so that
-what holds here holds there; the damping D_p is lower where a coarse step asks for it.
+Steps are coarser than the 1 ms of the experiments. Sampling errors grow with the step, so what
+holds here holds there. The damping D_p is lower where a coarse step asks for it.
 """
 
 import numpy as np

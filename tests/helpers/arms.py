@@ -20,8 +20,8 @@ from pydrake.multibody.tree import (
 )
 from pydrake.systems.framework import Context
 
-# Of each joint: its place in the link before, the turn of its frame there, its axis, and the mass
-# of the link that it carries. Offsets everywhere, no two axes meet.
+# For each joint: its place in the link before, the rotation of its frame there, its axis, and the
+# mass of its link. Offsets everywhere, no two axes meet.
 SIX = [
     ([0.02, 0.01, 0.35], [0.0, 0.0, 0.3], [0, 0, 1], 9.0),
     ([0.10, 0.03, 0.12], [0.1, 0.0, 0.0], [0, 1, 0], 7.0),

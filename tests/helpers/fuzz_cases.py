@@ -1,7 +1,6 @@
 """Input as nobody should write it: mutations of what is shipped, each made from a number alone.
 
-A case is what is to be done with files in a folder of its own; all that it may raise is an error
-of the library.
+A case does something with files in a folder of its own. It may raise only errors of the library.
 """
 
 import contextlib

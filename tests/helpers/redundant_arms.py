@@ -14,8 +14,8 @@ from geoimp_drake.diagrams.scene.cell import END_EFFECTOR, SEVEN, add_cell
 from geoimp_drake.laws.redundancy.damped_pseudo_inverse import smallest_singular_value
 from geoimp_drake.systems.arm.redundancy_resolver import RedundancyResolver
 
-# The track arm facing along its track (+y), the disk level before it at (0, 1.1, 0.9); its elbow is
-# 0.4 rad short of the 1.1 rad of the chapter's experiment.
+# The track arm faces along its track (+y), with the disk level before it at (0, 1.1, 0.9). Its
+# elbow is 0.4 rad short of the 1.1 rad of the chapter's experiment.
 FACING = np.array([0.0136, 0.1571, -0.4176, 0.702, 0.1635, 1.29, -0.0457])
 
 AXES = {

@@ -58,8 +58,8 @@ def add_arms(
     Args:
         plant: where.
         joints: of both arms.
-        parallel: the end-effector frames are parallel to W at the start; otherwise they have their
-            z axes out of the flanges, towards each other, and ϑ_21 is π.
+        parallel: the end-effector frames are parallel to W at the start. Otherwise their z axes
+            point out of the flanges, towards each other, and ϑ_21 is π.
         carried: a body that is welded to the first hand.
     """
     arms, frames, postures = [], [], []

@@ -1,8 +1,8 @@
 """Every notebook runs from top to bottom and is kept as a reader should find it.
 
-Executed are the notebooks as they are, in an empty folder, by an interpreter that has the wheel
-with the extras that their first cell names, as in a cloud notebook, and nothing else.
-Warnings of Drake's deprecations, and any of a notebook's own cells, are errors.
+The notebooks run unchanged, in an empty folder. As in a cloud notebook, the interpreter has only
+the wheel with the extras that their first cell names. Warnings of Drake's deprecations, and any of
+a notebook's own cells, are errors.
 """
 
 import re

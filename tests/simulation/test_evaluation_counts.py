@@ -17,8 +17,8 @@ from geoimp_drake.systems.sources.desired_motion import DesiredMotion
 pytestmark = pytest.mark.skipif(not is_available(), reason="numba is not installed")
 
 # Calls from Drake into each system in a step. The whole controller: its step begins, it is sampled,
-# what it finds, its torques and its derivatives are evaluated; the impedance's law twice, for the
-# torques and, with the new wrench, for the integrator's step.
+# and its found values, torques and derivatives are evaluated. The impedance's law is evaluated
+# twice: for the torques and, with the new wrench, for the integrator's step.
 COMPILED = {
     "plexiglas": {"six_impedance_controller": 5},
     "redundancy": {"seven_impedance_controller": 5},
