@@ -40,25 +40,6 @@ WITH_TABLE = re.findall(
 SOURCES: defaultdict[str, list[Path]] = defaultdict(list)
 for source in MODULES.values():
     SOURCES["/".join(source.relative_to(ROOT).parts[:-1][:2])].append(source)
-# Folders whose long sentences are still to be split.
-LONG = {
-    "diagrams/experiments",
-    "diagrams/scene",
-    "diagrams/setups",
-    "geoimp_drake/analysis",
-    "geoimp_drake/arm",
-    "geoimp_drake/campaigns",
-    "geoimp_drake/cli",
-    "geoimp_drake/motion_program",
-    "geoimp_drake/robot_files",
-    "geoimp_drake/robots",
-    "geoimp_drake/scenario",
-    "geoimp_drake/simulation",
-    "geoimp_drake/systems",
-    "geoimp_drake/task_functions",
-    "geoimp_drake/validation",
-    "models",
-}
 # Folders of a log's keys; their names stand as code with a slash, as paths do.
 LOG_FOLDERS = {"six", "seven", "object", "surface", "world", "hole", "program", "grasp"}
 
@@ -161,7 +142,7 @@ def test_a_sentence_has_25_words_at_most(page):
     assert long_sentences(page.read_text(encoding="utf-8")) == []
 
 
-@pytest.mark.parametrize("folder", sorted(set(SOURCES) - LONG))
+@pytest.mark.parametrize("folder", sorted(SOURCES))
 def test_a_sentence_of_docstrings_and_comments_has_25_words_at_most(folder):
     texts = ((path.name, text) for path in SOURCES[folder] for text in explanations(path))
     assert [f"{name}: {long}" for name, text in texts for long in long_sentences(text)] == []
