@@ -144,7 +144,7 @@ def _reached(log: Log, scenario: LooseScenario) -> bool:
 
 
 def figures(log: Log, scenario: LooseScenario) -> dict[str, Figure]:
-    """Returns Fig 5.12 with the depth beside it, from the begin of the insertion."""
+    """Returns Fig 5.12 with the depth beside it, from the beginning of the insertion."""
     moves = [
         (str(name), float(begin), float(end))
         for name, (begin, end) in zip(log["program/moves"], log["program/times"], strict=True)

@@ -22,7 +22,7 @@ _PLACES_OF_OBJECT = {"true": "motion_bar", "as the controller knows it": "motion
 def true_motion_figures(log: Log, scenario: Any) -> dict[str, Figure]:
     """Returns the distance of E, or of the object O, from C: the true one, and the controller's.
 
-    There is none if the plant is as the controller knows it.
+    There is no figure if the plant is as the controller knows it.
     """
     if scenario.world.is_none():
         return {}

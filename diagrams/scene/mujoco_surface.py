@@ -29,8 +29,8 @@ PLATE, _POINT, _LAYER = "plate", "disk", "layer"
 
 _IMPEDANCE = 0.005  # d of every contact
 _SPHERE = 1e-4  # radius of the points [m]
-# Friction is no spring: it stops sliding within the cone, with the rate b [1/s]. It is an implicit
-# force if the regularization is small.
+# Friction is no spring: it stops sliding within the cone, with the rate b [1/s]. A small
+# regularization makes it an implicit force.
 _STICKING, _FRICTION_OVER_NORMAL = 500.0, 1e4
 
 

@@ -44,7 +44,7 @@ class HandConfig:
     laps: int = 2  # forward; then as many back
     lap: float = 8.0  # duration of a lap [s]
     rest: float = 0.5  # before each, and at the end [s]
-    lead: float = 2.0  # from D to the begin of the loop [s]
+    lead: float = 2.0  # from D to the beginning of the loop [s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -31,7 +31,7 @@ _ROW = 2e-6  # [GB]
 class RunSettings:
     """Settings of a run that do not depend on what is in the cell."""
 
-    experiment: str = "plexiglas"  # its claims and figures
+    experiment: str = "plexiglas"  # gives the claims and figures
     seed: int = 0  # of the sensors' noise; the one in `sensor` is added to it
     duration: float | None = None  # [s]; all of the motion if not given
     log_period: float = 0.01  # [s]

@@ -98,9 +98,9 @@ def payload_driven(
 ) -> Found:
     """Returns the same for an arm that is driven to postures, and rests in each.
 
-    All joints move at once, and D moves with the hand. No wrench is used meanwhile, so neither load
-    nor bias moves C away from D. For the same reason the arm does not yield to obstacles. The
-    controller assumes the scenario's payload, which need not be right.
+    All joints move at once, and D is the hand's pose at their desired positions. No wrench is used
+    meanwhile, so neither load nor bias moves C away from D. For the same reason the arm does not
+    yield to obstacles. The controller assumes the scenario's payload, which need not be right.
 
     Args:
         scenario: with a robot of its own.

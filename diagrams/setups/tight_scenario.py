@@ -53,7 +53,7 @@ class TightScenario(CooperativeControllerConfig, RunSettings):
     load: ObjectLoad | None = None  # the one that the controller removes; by default the bar's own
     segments: list[MotionSegment] = field(default_factory=list)  # of the object's desired motion
     centre: Array = field(default_factory=lambda: np.array([0.0, 1.7, 0.95]))  # of the bar, in W
-    guesses: dict[str, list[float]] = field(default_factory=dict)  # to search near, by arm
+    guesses: dict[str, list[float]] = field(default_factory=dict)  # start of the search, by arm
     rod: float = 0.1  # between wrist sensor and grasp [m]
     bar: BarConfig = field(default_factory=BarConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)

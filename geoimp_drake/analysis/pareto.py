@@ -19,7 +19,7 @@ def explored(tuning: Tuning, evaluations: int) -> list[Candidate]:
     """Returns all candidates tried for each objective alone, and for mixtures of neighbours.
 
     The searches for single objectives give a best and a worst value of each objective. A mixture is
-    the larger of the weighted shares of the way from best to worst.
+    the largest of the weighted shares of the way from best to worst.
 
     Args:
         tuning: with one objective or more.

@@ -24,8 +24,8 @@ def trapezoidal_profile(
         acceleration: s̈ [1/s²].
 
     Raises:
-        ConfigurationError: a part of the profile is so short that its begin and end are equal in
-            floating point.
+        ConfigurationError: a part of the profile is so short that its beginning and end are equal
+            in floating point.
     """
     speed = min(speed, math.sqrt(acceleration))
     ramp = speed / acceleration
