@@ -144,7 +144,7 @@ def _check_supported(scenario: Any) -> None:
     if other := [name for name in _DRAKE_ONLY if own[name] != usual[name]]:
         raise ConfigurationError(
             f"MuJoCo runs the arm six as its model knows it, and the scenario gives "
-            f"{', '.join(other)}, for Drake alone: leave out --simulator mujoco, or what is given."
+            f"{', '.join(other)}, for Drake alone: leave out --simulator mujoco, or these keys."
         )
 
 

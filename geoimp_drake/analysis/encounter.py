@@ -61,8 +61,8 @@ class Encounter:
         if depths[-1] <= 0.0 or found.rest >= times[-1] - 1.0:
             raise ConfigurationError(
                 f"The desired motion ends {1e3 * depths[-1]:.4g} mm behind the wall, at rest for "
-                f"{times[-1] - found.rest:.3g} s; what is tuned has to press on a wall and to rest "
-                f"there for more than 1 s."
+                f"{times[-1] - found.rest:.3g} s; a tuning needs a motion that presses on a wall "
+                f"and rests there for more than 1 s."
             )
         return found
 

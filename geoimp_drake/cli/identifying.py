@@ -79,7 +79,7 @@ def _asked(file: Path) -> Any:
 
     if not file.exists():
         raise ConfigurationError(
-            f"{file} is missing, and it says what the log was asked to show. Give the scenario "
+            f"{file} is missing; it holds the impedance that was asked for. Give the scenario "
             "with --scenario."
         )
     return get_experiment(named_in(file)).scenario((read_layer(file),))

@@ -192,7 +192,7 @@ def _add_robot_commands(subparsers: Any) -> None:
         help="drive to each of the postures in a YAML file, joint positions from base to hand",
     )
     where.add_argument(
-        "--log", type=Path, metavar="FILE", help="log.npz of a motion, in the place of postures"
+        "--log", type=Path, metavar="FILE", help="log.npz of a motion, instead of postures"
     )
     tare.add_argument(
         "--wrist", action="store_true", help="use the wrench that the robot reports, not its joints"

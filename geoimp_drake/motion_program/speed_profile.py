@@ -39,7 +39,7 @@ def trapezoidal_profile(
     if not (np.diff(times) > 0).all():
         raise ConfigurationError(
             f"a move from {start_time:.9g} s on would take {duration:.3g} s, {ramp:.3g} s of it to "
-            f"gather speed, which is nothing there. Give a lower speed and acceleration."
+            f"gather speed, which is lost in rounding. Give a lower speed and acceleration."
         )
     # The cubics with these values and slopes at both ends of each part are its parabolas and line.
     return PiecewisePolynomial.CubicHermite(times, s[np.newaxis], rate[np.newaxis])

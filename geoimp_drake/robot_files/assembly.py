@@ -175,7 +175,7 @@ class ArmAssembly:
                 raise ModelError(
                     f"'{name}' is not a fixed joint between the last moving link and frame "
                     f"'{self._E.name()}'. Valid: {', '.join(welds) or 'none'}. Leave the sensor "
-                    "joint out to have one put there."
+                    "joint out, and one is added."
                 )
             return welds[name]
         if welds:

@@ -83,7 +83,7 @@ def refuse(faults: Iterable[InertiaFault], links: Collection[str]) -> None:
 
 
 def _fault(link: str, mass: float, moments: Array, stated: str) -> InertiaFault | None:
-    todo = "Correct the file, or give inertia 'repair' to have the nearest that a body can have."
+    todo = "Correct the file, or give inertia 'repair' to use the nearest that a body can have."
     if mass == 0:
         said = f"{stated}: without mass there is no inertia. Give its mass. {todo}"
         return InertiaFault(link, np.inf, said) if moments.any() else None

@@ -53,7 +53,7 @@ def read_xml(file: Path) -> ET.Element:
         open_elements.append(element)
         if len(open_elements) > _DEEPEST:
             raise ConfigurationError(
-                f"{element.place}: <{tag}> is {_DEEPEST} elements deep, which no robot is."
+                f"{element.place}: <{tag}> is {_DEEPEST} elements deep; no robot needs that."
             )
 
     def end(tag: str) -> None:

@@ -164,5 +164,5 @@ def test_motion_that_ends_before_the_wall_is_refused(ends: float) -> None:
 
 def test_motion_that_does_not_rest_is_refused() -> None:
     t = np.arange(0.0, 4.0, 0.01)
-    with pytest.raises(ConfigurationError, match="to rest there for more than 1 s"):
+    with pytest.raises(ConfigurationError, match="rests there for more than 1 s"):
         Encounter.of_depths(t, 0.01 * t, 1e-3, NORMAL)

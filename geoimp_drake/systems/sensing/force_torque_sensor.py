@@ -54,7 +54,7 @@ class ForceTorqueSensor(PartSystem):
         input body_poses: the plant's body poses, list of RigidTransform
         input body_spatial_velocities: for `inertial_load: plant`, list of SpatialVelocity
         input body_spatial_accelerations: for the same, list of SpatialAcceleration
-        input state: [q; v] of the plant, read in the place of `body_poses`, which costs more (2n)
+        input state: [q; v] of the plant, read instead of `body_poses`, which costs more (2n)
         input reference_motion: for `inertial_load: reference`, the motion that E follows (19)
         output wrench: measured wrench [moment; force] (6) [Nm, N]
         output wrench_true: the same before bias, noise, quantisation, saturation and filter (6)
@@ -97,7 +97,7 @@ class ForceTorqueSensors(PartSystem):
         input body_poses: the plant's body poses, list of RigidTransform
         input body_spatial_velocities: for `inertial_load: plant`, list of SpatialVelocity
         input body_spatial_accelerations: for the same, list of SpatialAcceleration
-        input state: [q; v] of the plant, read in the place of `body_poses`, which costs more (2n)
+        input state: [q; v] of the plant, read instead of `body_poses`, which costs more (2n)
         input reference_motion_1: for `inertial_load: reference`, the motion that E follows (19)
         input reference_motion_2: the same of the second (19)
         output wrench_1: measured wrench [moment; force] (6) [Nm, N]

@@ -45,7 +45,7 @@ class FrameMotionSensor(Block):
         input body_poses: the plant's body poses, list of RigidTransform
         input body_spatial_velocities: list of SpatialVelocity
         input body_spatial_accelerations: list of SpatialAcceleration
-        input state: [q; v] of the plant, read in the place of the lists (2n)
+        input state: [q; v] of the plant, read instead of the lists (2n)
         input generalized_acceleration: of the plant, read with it (n)
         output motion: of F in W (19)
 

@@ -46,8 +46,8 @@ class WrenchRamp:
         end = self.start + self.duration
         if end - self.blend == end:
             raise ConfigurationError(
-                f"{key(name, 'blend')} is {self.blend:g} s, which is nothing at {end:g} s, the end "
-                f"of the ramp; give a longer one."
+                f"{key(name, 'blend')} is {self.blend:g} s, which is lost in rounding at {end:g} "
+                f"s, the end of the ramp; give a longer one."
             )
         if self.blend > self.duration / 2:
             raise ConfigurationError(
