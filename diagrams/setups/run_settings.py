@@ -29,7 +29,7 @@ _ROW = 2e-6  # [GB]
 
 @dataclass
 class RunSettings:
-    """Settings of a run that do not depend on what is in the cell."""
+    """Settings of a run that do not depend on the contents of the cell."""
 
     experiment: str = "plexiglas"  # gives the claims and figures
     seed: int = 0  # of the sensors' noise; the one in `sensor` is added to it

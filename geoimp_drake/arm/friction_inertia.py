@@ -1,4 +1,4 @@
-"""What viscous friction adds to a joint's inertia in a discrete plant's step."""
+"""The inertia that viscous friction adds to a joint in a discrete plant's step."""
 
 from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.multibody.tree import Joint

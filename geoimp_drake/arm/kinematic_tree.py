@@ -27,7 +27,7 @@ Chain = list[tuple[Joint, RigidBody]]
 def welded_bodies(
     plant: MultibodyPlant, joint: Joint, without: Sequence[ModelInstanceIndex] = ()
 ) -> list[RigidBody]:
-    """Returns what a weld joint carries: the body on its far side and all that moves with it.
+    """Returns the bodies that a weld joint carries: the far side's, and all that move with it.
 
     Joints further out (a gripper's fingers) count as locked. The first body is the one on the far
     side: the joint's parent if the joint was declared from the hand to the base.

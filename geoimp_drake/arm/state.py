@@ -1,4 +1,4 @@
-"""What the laws need of an arm at one instant, evaluated by Drake."""
+"""The state of an arm at one instant, as the laws need it, evaluated by Drake."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _WRT_V = JacobianWrtVariable.kV
 
 @dataclass(slots=True)
 class ArmState:
-    """What the laws need of an arm at one instant; all in W, spatial vectors [angular; linear].
+    """An arm at one instant, for the laws; all in W, spatial vectors [angular; linear].
 
     Frames: E the end effector, W the world.
     """

@@ -82,7 +82,7 @@ def run_many(
         function: of a module, so that another process can import it; takes a task, returns JSON
             data.
         jobs: processes on this machine, one thread each.
-        journal: file for what has finished.
+        journal: file for the finished tasks.
         plan: JSON data that describe the tasks. A journal of another plan is refused; one with
             fewer or more tasks of the same plan is not.
         scheduler: address of a Dask scheduler whose workers are used instead of own processes.

@@ -63,7 +63,7 @@ def reproduce(
     sections: Sequence[Section] = (),
     page: Page = PAGE,
 ) -> Reproduction:
-    """Runs what `out` does not have yet, compares the variants and writes the report.
+    """Does the runs that `out` does not have yet, compares the variants and writes the report.
 
     A run counts as done if it has ended and its files are as it left them. Neither its scenario nor
     this library may have changed since.

@@ -108,7 +108,7 @@ class SectionResult:
     Attributes:
         name: of its folder.
         summary: in one line.
-        text: what its figure shows.
+        text: a description of its figure.
         claims: on all of its runs.
         figure: stem of its file, empty for none.
         files: further linked files.
@@ -144,7 +144,7 @@ class Section(Protocol):
         """Files that it may write there."""
 
     def run(self, out: Path, jobs: int, overrides: Sequence[str]) -> SectionResult:
-        """Runs what the folder does not have yet, with settings laid over all scenarios."""
+        """Does the runs that the folder does not have yet, with settings over all scenarios."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Returns the parser; what it returns for a command has its function as `command`."""
+    """Returns the parser; its result for a command has the command's function as `command`."""
     parser = _Parser(
         prog="geoimp",
         description="Six-DOF impedance control in Drake: the chapter's experiments.",

@@ -17,7 +17,7 @@ _ROTOR, _GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 
 
 def take_out_drives(description: Description) -> dict[str, Drive]:
-    """Takes actuators and springs out of a description; returns what drives each joint."""
+    """Removes actuators and springs from a description; returns the drive of each joint."""
     return _READERS[description.format](description)
 
 

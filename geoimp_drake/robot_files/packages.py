@@ -35,7 +35,7 @@ def resolve(
     Args:
         uri: `package://name/path`, `model://name/path`, `file:///path` or a path.
         file: the description.
-        packages: folders of packages by name; others are looked for, see `find_package`.
+        packages: folders of packages by name; others are searched for, see `find_package`.
         folder: where relative paths start.
         place: its place in the description, for the error.
 

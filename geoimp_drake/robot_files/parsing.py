@@ -24,7 +24,7 @@ def parse(
     Args:
         description: of one robot.
         plant: not finalized.
-        packages: folders of packages by name, for what is not a mesh.
+        packages: folders of packages by name, for files other than meshes.
 
     Raises:
         ConfigurationError: Drake's parser refuses it.

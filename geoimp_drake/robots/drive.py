@@ -54,7 +54,7 @@ class DriveConfig:
     supervisor: SupervisorConfig = field(default_factory=SupervisorConfig)
     keep: float = 10.0  # the log keeps every tick of the last so many seconds [s]
     log_period: float = 0.01  # of the log of the whole drive [s]
-    # Subtracted from what the robot reports, [moment; force] in E; `geoimp tare --wrist` finds it.
+    # Subtracted from the robot's wrench, [moment; force] in E; `geoimp tare --wrist` finds it.
     wrench_bias: Array = field(default_factory=lambda: np.zeros(6))
 
     def validate(self, name: str) -> None:
@@ -126,7 +126,7 @@ class Drive:
         return status
 
     def run(self, motion: _Motion, duration: float) -> DriveLog:
-        """Drives the robot; returns what was logged, whatever ended it.
+        """Drives the robot; returns the log, whatever ended the drive.
 
         Args:
             motion: of D; it begins when the commands have faded in.
@@ -239,7 +239,7 @@ class Drive:
         return readings.get("wrench", np.nan)
 
     def _measured(self, status: RobotStatus) -> Array:
-        """Returns the measured value of what the robot takes: torques or positions."""
+        """Returns the measured torques or positions, whichever the robot takes."""
         return status.torque if self._robot.takes == "torque" else status.q
 
     def _stop(self) -> Array:
@@ -319,7 +319,7 @@ class Drive:
 
 
 def command_of(asked: Array | JointReference) -> Array:
-    """Returns what a robot is sent: a robot that takes positions finds their velocities itself."""
+    """Returns the command for a robot: one that takes positions finds their velocities itself."""
     return asked.positions if isinstance(asked, JointReference) else asked
 
 

@@ -22,7 +22,7 @@ class DriveLog:
         whole: of the whole drive, a row each log period, or the next tick that has a valid status.
         ticks: their number in all.
         computing: time from a status to its torques, of the last ticks [s].
-        failure: what ended the drive, if the supervisor did not.
+        failure: the error that ended the drive, if the supervisor did not.
         early: an error if it was braked before its motion had ended, by its supervisor or by
             Ctrl-C.
     """
@@ -71,7 +71,7 @@ class TickLog:
         self._count += 1
 
     def read(self) -> DriveLog:
-        """Returns what is kept."""
+        """Returns the log."""
         size = len(self._computing)
         kept = np.arange(max(0, self._count - size), self._count) % size
         rows = {name: rows[kept] for name, rows in self._rows.items()}

@@ -131,7 +131,7 @@ class LcmRobot:
         robot: `iiwa` or `panda`.
         url: of LCM; empty for LCM's own default.
         period: of the statuses, a multiple of the plant's step [s].
-        channel: what the channels' names begin with; by default IIWA or PANDA.
+        channel: prefix of the channels' names; by default IIWA or PANDA.
 
     Raises:
         ConfigurationError: the robot is unknown, LCM does not know the URL, or the period is no

@@ -19,7 +19,7 @@ _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 @contextmanager
 def real_time(priority: int = 80) -> Iterator[bool]:
-    """Gives this process what a loop needs to be on time, until the context ends.
+    """Gives this process the services that a loop needs to be on time, until the context ends.
 
     The scheduler is SCHED_FIFO, memory is locked, and Python's garbage collector is off. Threads
     inherit the scheduler when they start: enter the context **before** the driver connects, since

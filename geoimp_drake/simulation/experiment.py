@@ -49,7 +49,7 @@ class RunResult:
         log: arrays, by the keys of the log contract.
         claims: judged from the log.
         files: those that were written.
-        failure: what stopped the simulation before its end, if anything did.
+        failure: the error that stopped the simulation before its end, if any.
     """
 
     log: dict[str, Array]
@@ -111,7 +111,7 @@ def simulated(
     real_time: bool = False,
     wait: Callable[[], bool] | None = None,
 ) -> tuple[dict[str, Array], Exception | None]:
-    """Returns the log of a scenario's run, and what stopped it before its end.
+    """Returns the log of a scenario's run, and the error that stopped it early.
 
     Args:
         setup: built from the scenario.
@@ -166,7 +166,7 @@ def write_run(
         experiment: from the catalogue.
         scenario: the one that was run.
         log: of the run.
-        failure: what stopped it before its end, if anything did.
+        failure: the error that stopped it before its end, if any.
         out: folder to write into; made if need be.
         figures: draw the chapter's figures.
         replay: the one that recorded the run, if any.

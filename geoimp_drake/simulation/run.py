@@ -49,7 +49,7 @@ class Outcome:
 
     Attributes:
         context: of the whole diagram, at the time that was reached.
-        failure: what stopped it before its end, if anything did.
+        failure: the error that stopped it before its end, if any.
     """
 
     context: Context

@@ -7,7 +7,7 @@ __all__ = ["LastMotion"]
 
 
 class LastMotion(PartSystem):
-    """Holds what a frame motion was when the last step began.
+    """Holds a frame motion as it was when the last step began.
 
     A reaction force belongs to the step that caused it. So does the motion whose inertial load is
     to be removed from it: see `ForceTorqueSensor`, `reference_is_held`.

@@ -24,7 +24,7 @@ def unused_name(builder: DiagramBuilder, name: str) -> str:
 
 
 def name_after_arms(plant: MultibodyPlant, arms: Sequence[ModelInstanceIndex], what: str) -> str:
-    """Returns a name for a controller that is added to a diagram later: the arms, and what.
+    """Returns a name for a controller that is added to a diagram later: the arms, and its kind.
 
     A further one of the same kind for the same arms of a plant gets a number from 2.
 

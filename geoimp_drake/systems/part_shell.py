@@ -184,7 +184,7 @@ class PartView:
 
     @property
     def found(self) -> Any:
-        """What the part has found."""
+        """The values that the part has found."""
         return self._system._found.Eval(self._context)
 
     @property

@@ -28,8 +28,8 @@ class PassiveGains(PartSystem):
 
     Raises:
         ConfigurationError: the tank's numbers cannot be used.
-        SignalError: a factor is not positive and finite, or a matrix not finite, symmetric and
-            positive semidefinite, or it couples what cannot be coupled.
+        SignalError: a factor is not positive and finite, or a matrix is not finite, symmetric and
+            positive semidefinite. Or it has a coupling that is not possible.
 
     Ports:
         input desired_motion: of D in W (19)

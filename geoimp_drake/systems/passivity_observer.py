@@ -22,7 +22,7 @@ class PassivityObserver(PartSystem):
 
     Args:
         period: of wrench and readings [s].
-        config: the wrench's delay, and what counts as alternating.
+        config: the wrench's delay, and the criterion for alternating.
 
     Raises:
         ConfigurationError: a number cannot be used.

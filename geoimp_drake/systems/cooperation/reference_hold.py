@@ -23,7 +23,7 @@ class ReferenceHold(PartSystem):
     This lasts until the simulator is initialized again.
 
     Args:
-        config: stop and what comes after.
+        config: stop and reaction.
         period: sampling period [s].
 
     Raises:

@@ -30,8 +30,7 @@ class ForceTorqueSensor(PartSystem):
 
     It is sampled, which breaks the algebraic loop wrench → torque → wrench. A plant has no reaction
     forces before its first step, so the first sample that counts is one period after the start.
-    Until then the wrench is `initial_wrench`, what the hand is known to carry; it is zero unless
-    given.
+    Until then the wrench is `initial_wrench`, the known load of the hand; it is zero unless given.
 
     The reference motion is read when a discrete plant begins its step: a reaction belongs to the
     motion that this step followed.

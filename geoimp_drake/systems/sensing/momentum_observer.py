@@ -9,7 +9,7 @@ __all__ = ["MomentumObserver", "MomentumObserverConfig"]
 
 
 class MomentumObserver(PartSystem):
-    """Observes what acts on an arm from outside by its generalized momentum.
+    """Observes the external torques and wrench on an arm by its generalized momentum.
 
     At every sample each joint's residual r follows its external torque behind a low-pass. The
     wrench by the end effector on its environment follows from it by least squares,
