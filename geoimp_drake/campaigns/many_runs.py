@@ -56,6 +56,9 @@ _LOCAL = {
     "distributed.worker.http.routes": [],
 }
 _MOST_JOBS = 1000
+# Tasks of an own process, after which others take over. Drake keeps a system that is written in
+# Python, and with it the diagram of a run, until the process ends: 3 to 4 MB a run.
+_SHARE = 100
 _CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
 
 
@@ -105,10 +108,13 @@ def run_many(
     book = Journal(journal, plan, fields)
     done = {key: ended for key, ended in book.read().items() if is_current(key, ended)}
     missing = {key: task for key, task in tasks.items() if key not in done}
-    if missing:
-        with _client(min(jobs, len(missing)), scheduler) as client, book:
-            ended = _run(client, missing, function)
-            for key, finished, kept in _with_progress(ended, len(tasks), len(missing), label):
+    share = len(missing) if scheduler is not None else jobs * _SHARE
+    while missing:
+        part = {key: missing.pop(key) for key in list(missing)[:share]}
+        with _client(min(jobs, len(part)), scheduler) as client, book:
+            ended = _run(client, part, function)
+            progress = _with_progress(ended, len(tasks), len(done), label, is_last=not missing)
+            for key, finished, kept in progress:
                 if kept:
                     _keep(book, key, finished, f"{len(done)} of {len(tasks)}")
                 done[key] = finished
@@ -226,7 +232,8 @@ def _run(
         for key, task in tasks.items()
     }
     for future in as_completed(futures, loop=client.loop):
-        yield (futures[future], *_ending(future))
+        # Without its future, Dask forgets the result, and cannot lose it with a process.
+        yield (futures.pop(future), *_ending(future))
 
 
 def _attempt(function: Callable[[Any], Any], task: Any) -> tuple[Finished, bool]:
@@ -276,9 +283,10 @@ def _ending(future: Any) -> tuple[Finished, bool]:
     return Finished(None, why, 0.0), False
 
 
-def _with_progress(ended: Iterator[Any], total: int, missing: int, label: str) -> Iterator[Any]:
-    """Passes finished tasks on, with a progress bar on a terminal."""
-    with tqdm(
-        ended, label, total, initial=total - missing, unit="run", disable=not sys.stderr.isatty()
-    ) as bar:
+def _with_progress(
+    ended: Iterator[Any], total: int, done: int, label: str, *, is_last: bool
+) -> Iterator[Any]:
+    """Passes finished tasks on, with a progress bar on a terminal, which only the last leaves."""
+    hidden = not sys.stderr.isatty()
+    with tqdm(ended, label, total, initial=done, unit="run", disable=hidden, leave=is_last) as bar:
         yield from bar

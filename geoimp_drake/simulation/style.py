@@ -60,6 +60,7 @@ def figure_contents(name: str, figure: Figure) -> Iterator[tuple[str, bytes]]:
         buffer = io.BytesIO()
         with figure_style():
             figure.savefig(buffer, format=kind, metadata=metadata)
+        figure.set_layout_engine("none")  # all files have the first one's layout, computed once
         yield file, buffer.getvalue()
 
 

@@ -136,6 +136,17 @@ def test_own_processes_have_one_thread_are_silent_and_leave_interrupts_to_the_fi
     assert capfd.readouterr().err == ""
 
 
+def test_own_processes_end_after_their_share(journal, monkeypatch, capfd):
+    """Drake frees nothing of a diagram with systems in Python before its process ends."""
+    monkeypatch.setattr(many_runs, "_SHARE", 2)
+    done = run(many_tasks.where, range(5), journal, None)
+    assert [finished.result[0] for finished in done] == [number**2 for number in range(5)]
+    processes = [finished.result[1] for finished in done]
+    assert set(processes[:4]).isdisjoint(processes[4:])
+    assert len(journal.read_text("utf-8").splitlines()) == 1 + 5
+    assert capfd.readouterr().err == ""
+
+
 @pytest.mark.usefixtures("no_own_allocator")
 def test_what_own_processes_are_set_to_stays_with_them(journal):
     before = dict(os.environ)

@@ -61,6 +61,10 @@ def surroundings(_: int) -> dict[str, object]:
     }
 
 
+def where(number: int) -> list[int]:
+    return [number**2, os.getpid()]
+
+
 def lacking(task: tuple[str, str]) -> str:
     """Lacks something of the machine, until there is a file `installed`; an input never works."""
     folder, kind = task
