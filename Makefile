@@ -24,7 +24,7 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 tests: $(STAMP) browser
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations 20 # files share costly runs
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations 20 # files share costly runs
 
 # Lines and branches that tests run, in all of their processes. Folder by folder: a process that
 # dies takes what it has measured along.

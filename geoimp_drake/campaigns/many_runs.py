@@ -56,8 +56,8 @@ _LOCAL = {
     "distributed.worker.http.routes": [],
 }
 _MOST_JOBS = 1000
-# Tasks of an own process, after which others take over. Drake keeps a system that is written in
-# Python, and with it the diagram of a run, until the process ends: 3 to 4 MB a run.
+# Tasks of an own process; then others take over. Drake 1.51 keeps each system that is written in
+# Python until the process ends, and with it the diagram: 3 to 4 MB a run. Drake 1.58 does not.
 _SHARE = 100
 _CONNECT_TIMEOUT, _WORKER_TIMEOUT = 5.0, 30.0  # [s]
 
