@@ -195,7 +195,7 @@ def chain_dynamics(arm: ChainArrays, v: Array, found: ChainValues) -> None:
 
 @compilable
 def chain_coriolis(v: Array, found: ChainValues, felt: Array) -> None:
-    """Writes C(q, v)v (n,); the other values in `found` then belong to other velocities.
+    """Writes C(q, v)v (n,); ṡ, İ and the forces in `found` are then those of v, not of q̇.
 
     Args:
         v: joint velocities (n,).
