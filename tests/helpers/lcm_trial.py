@@ -32,7 +32,7 @@ from geoimp_drake.systems.sources.external_wrench import WrenchRamp
 PERIOD = 5e-3
 PUSH = WrenchRamp(force=np.array([0.0, 0.0, 15.0]), start=0.8, duration=0.2, blend=0.05)
 # A machine with other work is late at times, and so is the answer.
-PATIENT = SupervisorConfig(hold=2.0)
+PATIENT = SupervisorConfig(hold=10.0)
 
 _ISOLATED = "ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "
 
@@ -90,7 +90,7 @@ def push(robot: str, wrench: str) -> dict[str, Any]:
     DrivenArm("light7").drive(0.1)  # what it compiles would let the push act on an arm that is free
     url = _url(os.getpid())
     server = multiprocessing.get_context("spawn").Process(target=_serve, args=(robot, url))
-    drive, loop = _client(_driver(robot, url, 1.0), wrench)
+    drive, loop = _client(_driver(robot, url, 5.0), wrench)
     server.start()
     try:
         log = drive.run(DesiredMotion(loop.pose(_first_status(drive).q)), 3.5)
@@ -105,12 +105,13 @@ def push(robot: str, wrench: str) -> dict[str, Any]:
 
 def positions() -> dict[str, Any]:
     """Returns how far the pushed hand of an iiwa that takes positions is from D [m]."""
+    ScenarioDrive(position_scenario("segments=[{duration: 0.1}]")).run()  # compiles, as above
     url = _url(os.getpid())
     server = multiprocessing.get_context("spawn").Process(target=_serve_positions, args=(url,))
     scenario = _of_positions(url)
     scenario.robot.driver.supervisor = PATIENT
     drive = ScenarioDrive(scenario)
-    drive.robot._patience = 1.0
+    drive.robot._patience = 5.0
     server.start()
     try:
         _first_status(drive)

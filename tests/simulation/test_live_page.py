@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from browser import Visit, visit
 from listening import listening
+from live_trial import another_try
 
 from geoimp_drake.simulation.live import INJECTED, PAUSE, PUSH, ROTATION, TRANSLATION
 
@@ -41,6 +42,7 @@ def open_controls(visited: Visit) -> None:
     visited.page.get_by_text(PUSH).wait_for(state="visible")
 
 
+@another_try
 def test_the_page_has_its_controls_and_the_push_is_in_the_log(tmp_path):
     run = start(tmp_path / "out")
     try:
