@@ -169,7 +169,7 @@ class IndustrialController(Block):
         order, n = self._model.actuation_order, self._model.num_joints
         acting = np.empty(n)
         acting[order] = finite_vector(torque, "preset torque", n)
-        e, de = np.split(self._error(context), 2)
+        e, de = self._error(context).reshape(2, -1)
         integral = acting - self._kd * de
         _check_preload(integral, self._integral_limit, self._model.joint_names)
         offset = context.get_discrete_state(self._offset).value() - e
@@ -198,7 +198,7 @@ class IndustrialController(Block):
         return np.concatenate((q + offset, v if t == time else np.zeros_like(v)))
 
     def _sample(self, context: Context, state: State) -> None:
-        e, de = np.split(self._error(context), 2)
+        e, de = self._error(context).reshape(2, -1)
         integral = context.get_discrete_state(self._integral).value()
         torque = servo_torque(self._kp, self._kd, e, de, integral)
         following = servo_integral(self._ki, e, integral, self._integral_limit, self._config.period)
