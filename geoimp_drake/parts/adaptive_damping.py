@@ -18,9 +18,9 @@ __all__ = ["AdaptiveDamping", "AdaptiveDampingConfig"]
 class AdaptiveDampingConfig:
     """How much damping rises, and when."""
 
-    most: float = 5.0  # largest factor of D
-    rise: float = 0.1  # time in which the factor rises to the most [s]
-    fall: float = 10.0  # time constant with which it falls again [s]
+    most: float = 5.0  # c of (L.7), the largest factor of D
+    rise: float = 0.1  # T₁, in which the factor rises from 1 to the most [s]
+    fall: float = 10.0  # T₂, time constant with which it falls to 1 again [s]
     observer: ObserverConfig = field(default_factory=ObserverConfig)
 
     def validate(self, name: str) -> None:
@@ -65,7 +65,7 @@ class AdaptiveDamping:
             memory[self.memory.level] = raised_damping(level, self._shares, rings=bool(rings))
 
     def scale(self, memory: Array) -> Array:
-        """Returns the factor of D (1,) from the memory of this part."""
+        """Returns the factor 1 + λ(c − 1) of D (1,), see (L.7), from the memory of this part."""
         return np.array([1.0 + memory[self.memory.level] * (self._config.most - 1.0)])
 
     def _write(self, now: Now, value: Array) -> None:

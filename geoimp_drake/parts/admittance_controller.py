@@ -23,7 +23,7 @@ class AdmittanceController:
         impedance: of the end effector.
         kinematics: makes the joint references with which E follows C.
         sensor: the wrist sensor; None if the wrench is an input.
-        passivity: what changes of the gains pass through.
+        passivity: what changes of the gains pass through; by default they pass unchanged.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -79,18 +79,21 @@ class AdmittanceController:
             ]
 
     def new_workspace(self) -> Any:
-        """Returns the workspace of the sensor."""
+        """Returns a list with the workspace of the sensor, or with None."""
         return [None if self._sensor is None else self._sensor.new_workspace()]
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the measured posture as the first reference."""
+        """Takes the measured posture as the first reference, and the requested gains."""
         self._kinematics.start(memory[self.memory.kinematics], now)
         self._passivity.start(memory[self.memory.passivity], now)
         if self._sensor is not None:
             self._sensor.start(memory[self.memory.sensor], now)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion; holds it back by what the limits leave undone."""
+        """Starts C, or normalizes its quaternion; holds C back by what the limits leave undone.
+
+        It also changes the gains for the step that begins.
+        """
         motion, slack = now.output("compliant_motion"), now.memory[self._slack]
         view = self._of_impedance(now)
         self._impedance.keep(memory[self.memory.impedance], state, view, motion, slack)

@@ -16,7 +16,7 @@ class ArmWorkspace(Scratch):
     Args:
         model: the arm.
         readings: how the joints are read.
-        arrays: of input and memory, if they persist.
+        arrays: of input and memory, if they persist, see `Readings.new_workspace`.
     """
 
     def __init__(self, model: ControlModel, readings: Readings, *arrays: Array):

@@ -42,11 +42,15 @@ class ConstrainedAcceleration:
         )
 
     def new_found(self) -> list[Array]:
-        """Returns a list for α and `Limited`."""
+        """Returns a list for α (n,) and `Limited` (10,)."""
         return [np.empty(self._n), UNLIMITED]
 
     def find(self, now: Now, found: list[Array]) -> None:
-        """Puts α and `Limited` in their places."""
+        """Puts α and `Limited` into the list; α is `joint_acceleration` as long as no limit binds.
+
+        Raises:
+            SignalError: the wrench or the joint acceleration is NaN or infinite.
+        """
         arm, h, alpha = now["arm"], now["wrench"], now["joint_acceleration"]
         for name, value in (("wrench", h), ("joint_acceleration", alpha)):
             if not self._is_finite(value):

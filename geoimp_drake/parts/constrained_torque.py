@@ -19,8 +19,8 @@ __all__ = ["ConstrainedTorque"]
 class ConstrainedTorque:
     """Calls the inner loop's laws one by one, with (L.1) between joint accelerations and torques.
 
-    The law that an inner loop calls in every tick stops when a limit binds: a quadratic program is
-    not compiled. This class is a piece of `InnerLoop`.
+    The compiled law of an inner loop stops when a limit binds, since the quadratic program of (L.1)
+    is not compiled. This class then takes over; it is a piece of `InnerLoop`.
 
     Args:
         model: the arm.
@@ -45,7 +45,10 @@ class ConstrainedTorque:
         self._actuation = compiled(actuation)
 
     def write(self, signals: ArmSignals) -> Array:
-        """Writes torques within the limits, and e_n with its bound; returns `Limited` (10,)."""
+        """Writes torques within the limits; returns `Limited` (10,).
+
+        With more than six joints it also writes e_n and `null_space_decay_bound`.
+        """
         reference, h, u, terms = signals.reference, signals.wrench, signals.u, signals.terms
         arm = self._dynamics.evaluate(None, signals.reading[self._model.state_order])
         a = self._motion.acceleration(reference, arm)

@@ -19,7 +19,7 @@ class DirectImpedance:
 
     Attributes:
         springs: the same.
-        needs_wrench: whether the law contains the wrench.
+        needs_wrench: True: the law contains the wrench.
         holds: see `Impedance`.
     """
 
@@ -41,7 +41,7 @@ class DirectImpedance:
         self.keep(memory, state, now, now.output("compliant_motion"), slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Does what `Impedance.keep` does, except for the state: there is none."""
+        """Does what `Impedance.remember` does: without a state there is nothing to hold back."""
         self.springs.remember(memory, now, motion, slack)
 
     def follow(

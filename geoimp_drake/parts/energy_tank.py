@@ -30,10 +30,10 @@ class TankConfig:
 
 
 class EnergyTank:
-    """The tank; it is a piece of other parts.
+    """A tank from which changes of a stiffness take energy (L.4); it is a piece of other parts.
 
     Args:
-        config: what it holds.
+        config: what it holds at the start, and at most.
     """
 
     def __init__(self, config: TankConfig):
@@ -41,7 +41,7 @@ class EnergyTank:
         self.memory = Memory(level=config.start)
 
     def share(self, memory: Array, injected: float, gained: float) -> float:
-        """Returns the share of a change that takes place, and takes its energy.
+        """Returns the share of a change that takes place, and takes its energy from the tank.
 
         Args:
             memory: of this object, updated.

@@ -12,8 +12,21 @@ __all__ = ["FoundImpedance"]
 class FoundImpedance:
     """The motion of C, what its energy needs, the memory and wrench behind both, and the torques.
 
-    The torques also depend on the time, by a task function. `time` is that of the torques, NaN if
-    there are none.
+    Args:
+        impedance: the signals of the impedance's law.
+        arm: the signals of the inner loop's law, with the torques.
+
+    Attributes:
+        impedance: see above.
+        arm: see above.
+        motion: of C (19,).
+        terms: what the impedance's `follow` has returned for its `energy`.
+        memory: of the whole part, with a reading.
+        own: the impedance's place in it.
+        arm_memory: the inner loop's place in it.
+        wrench: at the end effector (6,).
+        time: of the torques, which depend on it by a task function; NaN if there are none [s].
+        reports: what `InnerLoop.write_torque` has returned.
     """
 
     __slots__ = (

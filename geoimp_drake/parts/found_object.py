@@ -26,13 +26,13 @@ class FoundObject:
         arms: by an arm's number, the signals of its laws.
 
     Attributes:
-        law: writes the next three attributes.
+        law: writes the next four attributes.
         motions: (6, 19), see there.
         wrenches: (3, 6), see there.
         rates: of the state (26).
-        state: that of the motions (26).
-        pose: of the grasp (7).
-        memory: of the whole part, with what has passed through.
+        state: of C and of the mutual pose, as in the motions (26).
+        pose: ¹Q_21 and ᵒΔp_21 of the grasp (7).
+        memory: of the whole part, with readings; before the first ones, those of the ports.
         hand_wrenches: of both hands (6).
         arms: see above.
         torques: by an arm's number, the time of its torques, its `null_space_decay_bound` and its
@@ -85,7 +85,7 @@ class FoundObject:
         reference: Array,
         gains: tuple[Array, ...],
     ) -> None:
-        """Takes the inputs of one evaluation except the pose; arguments as of the law."""
+        """Copies the inputs of one evaluation except the pose; arguments as of the law."""
         for own, given in zip(self._hands + self.hand_wrenches, hands + wrenches, strict=True):
             own[:] = given
         self._desired[:], self.state[:], self._reference[:] = desired, state, reference
@@ -93,7 +93,7 @@ class FoundObject:
 
 
 def written_motion(row: int) -> Callable[[Now, Array], None]:
-    """Returns the function that writes one of the motions."""
+    """Returns the function that writes a row of `FoundObject.motions`."""
 
     def write(now: Now, value: Array) -> None:
         value[:] = now.found.motions[row]
@@ -102,7 +102,7 @@ def written_motion(row: int) -> Callable[[Now, Array], None]:
 
 
 def written_wrench(row: int) -> Callable[[Now, Array], None]:
-    """Returns the function that writes one of the wrenches."""
+    """Returns the function that writes a row of `FoundObject.wrenches`."""
 
     def write(now: Now, value: Array) -> None:
         value[:] = now.found.wrenches[row]
@@ -111,6 +111,6 @@ def written_wrench(row: int) -> Callable[[Now, Array], None]:
 
 
 def write_pose(now: Now, value: Array) -> None:
-    """Writes the pose of the grasp as a motion."""
+    """Writes the pose of the grasp as a motion at rest (19,)."""
     value[:] = 0.0
     value[:POSE_SIZE] = now.found.pose

@@ -32,7 +32,12 @@ class MutualPose:
     position: Array = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))  # ᵒΔp_21 [m]
 
     def validate(self, name: str) -> None:
-        """Raises ConfigurationError or SignalError if a field cannot be used."""
+        """Raises an error if a field cannot be used.
+
+        Raises:
+            ConfigurationError: a number is not finite, or a vector has another length.
+            SignalError: the quaternion is not unit.
+        """
         finite_vector(self.position, key(name, "position"), 3)
         quaternion.check_unit(
             finite_vector(self.quaternion, key(name, "quaternion"), 4), key(name, "quaternion")
@@ -46,7 +51,10 @@ class MutualPose:
 
 
 class GraspPose:
-    """Remembers the mutual pose of the grasp from the first step on: ¹Q_21 and ᵒΔp_21 (7).
+    """Remembers the mutual pose of the grasp from the first step on, (4.7), (4.8), as (7,).
+
+    ¹Q_21 is the orientation of the second hand in the first. ᵒΔp_21 is the position of the second
+    hand from the first, in the axes of O.
 
     Args:
         prescribed: the mutual pose; by default that of the measured motions at the start.
@@ -119,7 +127,12 @@ class HandReferences:
         return np.empty((2, FRAME_MOTION_SIZE))
 
     def find(self, now: Now, found: Array) -> None:
-        """Writes the motions of both hands."""
+        """Writes the motions of both hands, (4.10)-(4.15).
+
+        Raises:
+            SignalError: a motion is not finite, or its quaternion is not unit.
+            OutOfDomainError: the references turn by more than 355° against each other.
+        """
         C = now["compliant_motion"]
         if not self._is_motion(C):
             check_frame_motion(C, now.port("compliant_motion"))

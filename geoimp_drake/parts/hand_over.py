@@ -34,8 +34,8 @@ class HandOver:
         n = num_joints
         self._fade = fade
         self.inputs = {"torque_1": n, "torque_2": n, "selected": 1}
-        # Which controller is on, since when [s], the torques' difference then, and the last
-        # torques.
+        # Which controller is on, since when [s], the old torques less the new ones then, and the
+        # torques sent at the last sample.
         self.memory = Memory(on=0.0, since=-fade, difference=np.zeros(n), sent=np.zeros(n))
         self.samplings = ((period, self.sample),)
         signals = ("memory", "time", "torque_1", "torque_2")
@@ -52,7 +52,7 @@ class HandOver:
         """Notes the torques sent, and changes over if the other controller is now selected.
 
         Raises:
-            SignalError: a torque of the selected controller is NaN or infinite.
+            SignalError: a torque that is passed on is NaN or infinite.
         """
         places, selected = self.memory, float(now["selected"][0] > 0.5)
         self._write(memory, now, memory[places.sent])
@@ -74,14 +74,15 @@ def _name(selected: float) -> str:
 def desired_at_equilibrium(impedance: Impedance, compliant: Array, wrench: Array) -> Array:
     """Returns the motion (19) of a D at rest with which C stays at rest while a wrench acts.
 
-    With a constant force alone D is K_p⁻¹ f away; the search works for every orientation family and
-    for coupled stiffnesses. A controller that starts in contact with this D commands the torques
-    that already act.
+    Without a moment, D is displaced by K_p⁻¹ f. The search, Newton's method by differences, works
+    for every orientation family and for coupled stiffnesses. A controller that starts in contact
+    with this D commands the torques that already act.
 
     Args:
         impedance: of the end effector.
         compliant: motion of C, whose pose is used (19).
-        wrench: h by the end effector on the environment, about Eo, in W (6) [Nm, N].
+        wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6) [Nm, N];
+            finite.
 
     Raises:
         ConfigurationError: no D within reach balances the wrench: its moment is larger than the

@@ -49,15 +49,15 @@ _NO_SLACKS: _Slacks = NO_SLACK, NO_SLACK
 
 
 class HeldObject:
-    """Evaluates the laws of six connected blocks in one compiled call.
+    """Evaluates the laws of six connected blocks, those of the first four in one compiled call.
 
         CooperativeKinematics ─▶ ImpedanceIntegrator ─▶ CooperativeReferenceGenerator
                               ─▶ InternalImpedance   ─▶               │
                                          GraspMonitor ─▶ ReferenceHold ◀┘
 
-    The laws are the blocks' own (laws/compositions/object_control.py); a sample of the wrenches
-    takes a second call. This class is a piece of `TwoArms`, whose outputs come from the
-    `FoundObject`.
+    The laws are the blocks' own (laws/compositions/object_control.py). A sample of the wrenches
+    takes a second call, and the hold after an opened grasp is not compiled. This class is a piece
+    of `TwoArms`, whose outputs come from the `FoundObject`.
 
     The continuous state is that of C, then that of the mutual pose of the references. Both start
     with a simulator's first step, at rest on the measured motions; so does the mutual pose of the
@@ -191,12 +191,12 @@ class HeldObject:
         self.keep(memory, state, now, _NO_SLACKS)
 
     def slacks(self, now: Now, first: Array, hands: _Slacks) -> _Slacks:
-        """Returns what the limits of both arms leave undone of C and of the mutual pose (6).
+        """Returns the accelerations of C and of the mutual pose that both arms leave undone (6).
 
         Args:
             now: has the results.
             first: measured motion of the first hand (19).
-            hands: the same of both hands (6).
+            hands: accelerations that the limits leave undone of both hands, in W (6).
         """
         if hands[0] is NO_SLACK and hands[1] is NO_SLACK:
             return _NO_SLACKS
@@ -257,7 +257,7 @@ class HeldObject:
         return None if self._watch is None else self._watch[0].new_workspace()
 
     def _rest(self, hold: Hold, memory: Array, time: float, references: Array) -> None:
-        """Writes the hands' motions after the hold."""
+        """Writes the hands' motions after the hold in place of their references (2, 19)."""
         opened = memory[self._opened]
         for k, reference in enumerate(references, 1):
             reference[:] = hold.motion(k, memory[self.memory.hold], time, opened)
@@ -277,7 +277,7 @@ class HeldObject:
         wrenches: tuple[Array, Array],
         found: FoundObject,
     ) -> None:
-        """Raises an error, with the port's name, if the law cannot use a signal."""
+        """Raises the error of the signal that the law cannot use, with the port's name."""
         self._object_start(now, hands, found)
         for k in (1, 2):
             check_wrench(wrenches[k - 1], now.port(f"wrench_{k}"))

@@ -13,14 +13,14 @@ NO_SLACK = np.zeros(6)
 # Energy in the tank from which holding C back takes: at the start, and at most [J].
 _TANK, _CAP = 0.2, 2.0
 
-# After a longer pause the tank is not filled: no limit has acted [s].
+# After a longer pause no limit has acted, and the tank stays as it is [s].
 _LONGEST_STEP = 0.01
 
 
 class HoldBack:
-    """The acceleration of C besides that of its law, and the tank from which it takes energy.
+    """(L.3) The acceleration of C besides that of its law, and the tank from which it takes energy.
 
-    It is a piece of `Impedance`. The tank is filled while a limit acts.
+    It is a piece of `Impedance`. Damping fills the tank while a limit acts.
 
     Args:
         parts: whether rotation and translation are compliant; what is not follows D.

@@ -35,16 +35,26 @@ TRANSLATION_AXES = ("world", "desired")
 
 
 class Impedance:
-    """The part of `ImpedanceIntegrator`; arguments and errors are the same.
+    """The part of `ImpedanceIntegrator`; errors and arguments are the same, except for `remedy`.
+
+    Args:
+        M_p: see `ImpedanceIntegrator`, like all that follow except `remedy`.
+        D_p: see there.
+        K_p: see there.
+        rotation: see there.
+        axes: see there.
+        K_c: see there.
+        remedy: the advice in the error if the motion diverges; a default for an end effector.
+        translation_axes: see there.
 
     Attributes:
         rotation: the orientation family with its gains.
-        changing_gains: as configured, or as signals say.
-        gains: `changing_gains.at`.
-        energies: of any gains.
+        changing_gains: gains as configured, or as signals ask for.
+        gains: `changing_gains.at`, which returns them.
+        energies: evaluates energies and powers with given gains.
         check: raises an error if the law cannot use a signal, see `ImpedanceChecks`.
         has_domain: see there.
-        is_plain: whether its orientation family can be used at any attitude.
+        is_plain: whether its law can be used at any attitude, and needs no check of it.
         needs_wrench: whether the law contains the wrench.
         holds: place in the memory that is not zero while C is held back.
     """
@@ -121,7 +131,7 @@ class Impedance:
         self.write_motion(now, now["desired_motion"], now["wrench"], state, motion)
 
     def new_signals(self, *own: Array | None) -> ImpedanceSignals:
-        """Returns what `follow` writes to: new arrays, or its own, see `ImpedanceSignals`."""
+        """Returns what `follow` writes to: new arrays, or given ones, see `ImpedanceSignals`."""
         return ImpedanceSignals(self.rotation.law, self.changing_gains.configured, *own)
 
     def follow(
@@ -165,7 +175,7 @@ class Impedance:
         """Writes the motion of C, accelerations included.
 
         Args:
-            now: has the stiffness factors and the ports' names.
+            now: has the signals that change the gains, and the ports' names.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).
@@ -181,7 +191,7 @@ class Impedance:
             self.check(now, desired, wrench, state)
 
     def motion_of(self, desired: Array, wrench: Array, state: Array) -> Array:
-        """Returns the motion of C (19,) without factors; not finite where the law is not.
+        """Returns the motion of C (19,) with the configured gains; NaN if an input is unusable.
 
         Args:
             desired: motion of D (19,).
@@ -250,7 +260,7 @@ class Impedance:
             rate[VELOCITY] += memory[self._slack]
 
     def _hold(self, memory: Array, now: Now, C: Array, slack: Array) -> None:
-        """Keeps what holds C back from now on."""
+        """Keeps the acceleration that holds C back from now on, see `HoldBack`."""
         energy = ImpedanceEnergy(self.energy(now, C, NO_SLACK))
         gained = energy.translational_dissipated_power + energy.rotational_dissipated_power
         held = memory[self.memory.held]
@@ -264,7 +274,7 @@ class Impedance:
         return np.concatenate((rotation, D[POSITION] - C[POSITION]))
 
     def moved(self, before: tuple[Array, Array], after: tuple[Array, Array]) -> Array:
-        """Returns the integral of the velocities that damping acts on (6,), in its axes.
+        """Returns the integral of the velocities that damping acts on (6,), in the damping's axes.
 
         Args:
             before: poses of D and of C (7,).
@@ -283,7 +293,7 @@ class Impedance:
         """Returns ImpedanceEnergy (9,) [J, W].
 
         Args:
-            now: the inputs, of which the motion of D and the factors are used.
+            now: the inputs, of which the motion of D and those that change the gains are used.
             C: motion of C (19,).
             wrench: at the end effector (6,).
         """

@@ -20,7 +20,7 @@ __all__ = ["ImpedanceChecks", "at_rest", "checked_coupling"]
 
 _log = logging.getLogger("drake")
 
-# From here on a family warns that its representation is about to fail.
+# cond(T) above which a warning says that the family's representation is about to fail.
 _ILL_CONDITIONED = 10.0
 
 # What to do if the motion diverges.
@@ -52,7 +52,7 @@ class ImpedanceChecks:
         """Raises an error, with the port's name, if the law cannot use a signal.
 
         Args:
-            now: has the ports' names.
+            now: has the ports' names and that of the system.
             desired: motion of D (19,).
             wrench: at the end effector (6,).
             state: of C (13,).
@@ -105,7 +105,8 @@ def checked_coupling(K_c: Array, K_p: Array, rotation: OrientationImpedance, axe
     """Returns a coupling K_c (3, 3) that an impedance can have with its K_p and its family.
 
     Raises:
-        ConfigurationError: it cannot.
+        ConfigurationError: the family has no coupling, one part has no impedance, K_c is not
+            finite, or the 6×6 stiffness is not positive definite.
     """
     if rotation.name != "quaternion" or axes != "both":
         raise ConfigurationError(

@@ -31,7 +31,7 @@ _NO_WRENCH, _UNKNOWN, _NEVER = np.zeros(6), np.full(6, np.nan), float("nan")
 class ImpedanceController:
     """Makes the end effector of an arm compliant: `ImpedanceIntegrator` and the inner loop.
 
-    With a direct impedance it has no continuous state: C is then E as measured.
+    With a direct or a natural impedance it has no continuous state: C is then E as measured.
 
     Ports, laws and numbers are those of the blocks of `make_impedance_controller`, with fewer calls
     from C++ into Python.
@@ -40,7 +40,7 @@ class ImpedanceController:
         impedance: of the end effector.
         loop: the arm's inner loop.
         sensor: the wrist sensor; None if the wrench is an input.
-        passivity: what changes of the gains pass through.
+        passivity: what changes of the gains pass through; by default they pass unchanged.
 
     Raises:
         SignalError: an input is NaN or infinite, a quaternion is not unit, or C has diverged.
@@ -125,7 +125,7 @@ class ImpedanceController:
         return self._loop.new_workspace(), sensor, self.new_found()
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the first reading."""
+        """Takes the first reading and the requested gains."""
         self._loop.start(memory[self.memory.arm], now)
         self._passivity.start(memory[self.memory.passivity], now)
         if self._sensor is not None:
@@ -136,7 +136,7 @@ class ImpedanceController:
         _ = now.found
 
     def new_found(self) -> FoundImpedance:
-        """Returns the arrays that the motion of C is written to."""
+        """Returns the arrays that the motion of C and the torques are written to."""
         impedance = self._impedance.new_signals()
         return FoundImpedance(impedance, self._loop.new_signals(impedance.motion))
 
@@ -183,7 +183,10 @@ class ImpedanceController:
         )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques."""
+        """Starts C, or normalizes its quaternion; keeps what the limits do and compares torques.
+
+        It also changes the gains for the step that begins.
+        """
         found = self._resolved(now)
         _, _, bound, limited = found.reports
         own, arm = (found.own, found.arm_memory) if memory is found.memory else self._places(memory)
@@ -203,7 +206,7 @@ class ImpedanceController:
         return found.wrench, self._loop.motion(found.arm_memory, now)
 
     def _view(self, now: Now, memory: Array) -> Now:
-        """Returns what the impedance sees."""
+        """Returns what the impedance sees: the inputs with the granted gains."""
         return self._passivity.view(memory[self.memory.passivity], now)
 
     def _wrench(self, now: Now, memory: Array) -> Array:

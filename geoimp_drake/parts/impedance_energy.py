@@ -36,10 +36,10 @@ ImpedanceEnergy = namedview(
 
 
 class Energies:
-    """Evaluates the energies and powers of section 3.2.
+    """Evaluates the energies of (3.15) and (3.16) and their powers, and those of translation.
 
     Args:
-        M: of translation (3×3), in the axes of the gains [kg].
+        M: M_p (3×3), in the axes of the gains [kg].
         rotation: the orientation family with its inertia.
     """
 
@@ -53,7 +53,7 @@ class Energies:
             D: motion of D (19,).
             C: motion of C (19,).
             wrench: at the end effector (6,).
-            gains: see `ImpedanceGains`.
+            gains: as `ImpedanceGains.at` returns them.
         """
         translation, (_, D_o, K_o), (K_c, D_c), (*_, couples, turns, damps) = gains
         rotation = self._rotation.with_gains(D_o, K_o)

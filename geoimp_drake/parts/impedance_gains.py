@@ -12,8 +12,8 @@ from geoimp_drake.typing import Array
 
 __all__ = ["GAIN_PORTS", "ImpedanceGains", "LawGains"]
 
-# Inputs that change the gains, with their sizes. They are factors of K_p and K_o, K and D (6×6) row
-# by row in the order [angular; linear], and a factor of D.
+# Inputs that change the gains, with their sizes: factors of K_p and of K_o, in this order; K and D
+# (6×6) row by row, [angular; linear]; and a factor of D.
 GAIN_PORTS = {"stiffness_scale": 2, "stiffness": 36, "damping": 36, "damping_scale": 1}
 
 # What `compliant_motion` takes: translation, rotation, coupling, parts.
@@ -30,8 +30,11 @@ class ImpedanceGains:
         translation: M_p⁻¹, D_p and K_p (3, 3, 3).
         rotation: M_o⁻¹, D_o and K_o (3, 3, 3).
         K_c: coupling (3, 3); None for none.
-        parts: whether translation and rotation are compliant, and whether the gains are in D.
-        has_couplings: whether the orientation family takes them.
+        parts: whether translation and rotation are compliant, and whether `translation` is in D.
+        has_couplings: whether the orientation family takes a coupling.
+
+    Attributes:
+        configured: the gains without signals.
     """
 
     def __init__(
@@ -62,7 +65,8 @@ class ImpedanceGains:
 
         Raises:
             SignalError: a factor is not positive and finite, or a matrix not finite, symmetric and
-                positive semidefinite, or it couples what cannot be coupled.
+                positive semidefinite, or it couples what cannot be coupled. Factors are not
+                checked with a coupling, see `matrices`.
         """
         if now is None or not now.has_any(GAIN_PORTS):
             return self.configured

@@ -20,10 +20,10 @@ __all__ = ["ImpedanceTick"]
 
 
 class ImpedanceTick:
-    """Does a tick of an `ImpedanceController` in a loop if nothing in it is unusual.
+    """Does a tick of an `ImpedanceController` in a `PartLoop` if nothing in it is unusual.
 
-    In any other tick it leaves everything as it is, and returns False. Then the controller's pieces
-    are called one after the other; they know what to do, and name a fault.
+    In any other tick it leaves memory and state as they are, and returns False. Then the loop calls
+    the controller's pieces one after the other; they know what to do, and name a fault.
 
     Args:
         impedance: of the end effector.

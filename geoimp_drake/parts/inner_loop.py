@@ -33,7 +33,7 @@ __all__ = ["InnerLoop"]
 
 
 class InnerLoop(ReadArm):
-    """Evaluates the laws of five blocks in series in one compiled call.
+    """Evaluates the laws of five blocks in series, those behind the reading in one compiled call.
 
         JointReadings ─▶ ArmModel ─▶ MotionController ─▶ RedundancyResolver
                                                       ─▶ InverseDynamicsInnerLoop
@@ -54,7 +54,8 @@ class InnerLoop(ReadArm):
         is_redundant: whether it has more than six joints.
         is_plain: whether its laws alone make the torques, without task, domain and remedies.
         orientation_law: of the motion loop.
-        memory: what has been read, the posture at the start, the largest torques.
+        memory: what has been read, the posture at the start, the largest torques, what the limits
+            do, and the memory of the remedies.
         limits: of the arm.
         limited: place of `Limited` in the memory.
         acts: place in the memory that is not zero while a limit acts.
@@ -129,7 +130,7 @@ class InnerLoop(ReadArm):
         )
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the first reading; targets may start from its posture."""
+        """Takes the first reading; targets of a task function may start from its posture."""
         self.readings.start(memory[self.memory.readings], now, self._port)
         q = memory[self.memory.readings][self.model.state_order[: self.model.num_joints]]
         self._null_space.keep_start(memory[self.memory.posture], q)
@@ -144,7 +145,7 @@ class InnerLoop(ReadArm):
         self._constrained.write(signals)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Takes another reading."""
+        """Takes another reading; from then on, adds what remedies have found."""
         signals = now.workspace[self._place].reading
         self.readings.take(memory, self._readings, now, self._port, signals)
         if self._remedies is not None:
@@ -267,7 +268,7 @@ class InnerLoop(ReadArm):
         self._motion.check(reference, self.motion(memory, now)[QUATERNION], port)
 
     def _resolve(self, now: Now, signals: ArmSignals) -> Array:
-        """Writes the torques; returns `Limited`."""
+        """Writes the torques, within the limits if one binds; returns `Limited`."""
         try:
             outcome = signals.law()
         except np.linalg.LinAlgError:
@@ -278,7 +279,7 @@ class InnerLoop(ReadArm):
         return self._constrained.write(signals) if outcome == BOUND else UNLIMITED
 
     def _check(self, now: Now, signals: ArmSignals) -> None:
-        """Raises SignalError, with the port's name, if the law cannot use a signal."""
+        """Raises the error of the signal or posture that the law cannot use, with its port."""
         check_signal(signals.reading, now.port(self._port))
         check_frame_motion(signals.reference, now.port(self._names["reference_motion"]))
         check_signal(signals.wrench, now.port(self._names["wrench"]))

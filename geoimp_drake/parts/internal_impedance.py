@@ -12,8 +12,8 @@ from geoimp_drake.validation import check, choice, key, spd_matrix
 
 __all__ = ["InternalGains", "InternalImpedanceConfig", "is_open"]
 
-# A damper that is integrated in steps of dt diverges at D dt/M = 2. The grasp in series with it and
-# the age of the wrench take their part of that.
+# A damper that is integrated in steps of dt diverges at D dt/M = 2. The stiffness of the grasp and
+# the age of the wrench lower that bound.
 _LARGEST_DECAY_PER_STEP = 1.5
 
 
@@ -77,12 +77,16 @@ class InternalGains:
 
 @dataclass
 class InternalImpedanceConfig:
-    """Gains of the internal impedance; translation in C's axes, rotation in the first hand's."""
+    """Gains of the internal impedance.
+
+    Those of translation are in C's axes. Those of rotation are in the axes of the second hand's
+    reference, which the laws put in the place of C.
+    """
 
     enabled: bool = True
     translation: InternalGains = field(default_factory=InternalGains)
     rotation: InternalGains = field(default_factory=InternalGains)
-    axes: str = "both"  # or translation, rotation: the other part of the mutual pose is constant
+    axes: str = "both"  # or translation, rotation, none: the rest of the mutual pose is constant
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -94,7 +98,16 @@ class InternalImpedanceConfig:
             getattr(self, part).check_period(key(name, part), period)
 
     def make(self, name: str = "internal", period: float = 1e-3, remedy: str = "") -> Impedance:
-        """Returns the part; `remedy` is the advice in its error if the motion diverges."""
+        """Returns the part.
+
+        Args:
+            name: of the configuration, for errors.
+            period: of the samples [s].
+            remedy: the advice in the part's error if the motion diverges.
+
+        Raises:
+            ConfigurationError: a gain is open or cannot be used, or does not fit the period.
+        """
         check(self, name)
         self.check_period(name, period)
         rotation = QuaternionImpedance(*self.rotation.matrices(f"{name}.rotation"))

@@ -87,7 +87,7 @@ class NaturalImpedance:
         self.keep(memory, state, now, now.found.motion, slack)
 
     def keep(self, memory: Array, state: Array, now: Now, motion: Array, slack: Array) -> None:
-        """Does what `Impedance.keep` does, except for the state: there is none."""
+        """Does what `Impedance.remember` does: without a state there is nothing to hold back."""
         self.springs.remember(memory, now, motion, slack)
 
     def follow(
