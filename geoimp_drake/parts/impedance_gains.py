@@ -12,8 +12,8 @@ from geoimp_drake.typing import Array
 
 __all__ = ["GAIN_PORTS", "ImpedanceGains", "LawGains"]
 
-# Inputs that change the gains, with their sizes: factors of K_p and of K_o, in this order; K and D
-# (6×6) row by row, [angular; linear]; and a factor of D.
+# Inputs that change the gains, with their sizes. They are factors of K_p and of K_o, in this order;
+# K and D (6×6) row by row, [angular; linear]; and a factor of D.
 GAIN_PORTS = {"stiffness_scale": 2, "stiffness": 36, "damping": 36, "damping_scale": 1}
 
 # What `compliant_motion` takes: translation, rotation, coupling, parts.
