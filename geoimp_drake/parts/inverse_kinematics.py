@@ -34,8 +34,8 @@ __all__ = ["InverseKinematics", "ReferenceConfig"]
 
 _NO_WRENCH = np.zeros(6)
 
-# Near a limit the reference has at least so many periods, and so has C to take up what is left
-# undone. Otherwise both overshoot when a tick comes late.
+# The least horizon of the limits, in periods; C takes up what they leave undone over the same time.
+# With a shorter one, reference and C overshoot when a tick comes late.
 _LEAST_PERIODS = 2.0
 
 
@@ -52,7 +52,10 @@ class ReferenceConfig:
         non_negative(self.posture_gain, key(name, "posture_gain"), "1/s")
 
     def check_period(self, name: str, period: float) -> None:
-        """Raises ConfigurationError if the error would not decay with so long a period [s]."""
+        """Raises ConfigurationError if a gain times the period [s] exceeds 1.
+
+        In each step the error would then change its sign.
+        """
         fastest = max(self.gain, self.posture_gain)
         if fastest * period > 1.0:
             raise ConfigurationError(
@@ -62,7 +65,13 @@ class ReferenceConfig:
 
 
 class InverseKinematics:
-    """The part of `systems.arm.inverse_kinematics.InverseKinematics`; arguments are the same."""
+    """The part of `systems.arm.inverse_kinematics.InverseKinematics`; arguments are the same.
+
+    Attributes:
+        model: the arm.
+        period: of the references [s].
+        slack: place in the memory of what the limits leave undone.
+    """
 
     def __init__(
         self,
@@ -92,7 +101,8 @@ class InverseKinematics:
         self._singular_value = compiled(singular_value_or_bound)
         self._binds = compiled(limit_test)
         self.inputs = {"estimated_state": 2 * n, "reference_motion": FRAME_MOTION_SIZE}
-        # [q_d; q̇_d] in the plant's order, the posture at the start from base to hand.
+        # [q_d; q̇_d] in the plant's order, and the posture at the start from base to hand. Then the
+        # error e before the last step.
         self.memory = Memory(
             reference=np.zeros(2 * n),
             posture=np.zeros(n),
@@ -119,7 +129,7 @@ class InverseKinematics:
         memory[self.memory.reference] = self._at_rest(reading)
         memory[self.memory.posture] = reading[self._q]
         memory[self.memory.started] = 1.0
-        # The laws of a limit are called once, so that no tick waits for a compiler.
+        # The test of the limits is called once, so that no tick waits for its compilation.
         arm = self._arm(reading)
         self._within_limits(arm, arm.v, arm.Jv_V_WE @ arm.v, self.period)
 
@@ -181,7 +191,14 @@ class InverseKinematics:
     def _within_limits(
         self, arm: ArmState, free: Array, V: Array, step: float
     ) -> tuple[Array, Array]:
-        """Returns q̇_d (n,) and `Limited`: the change within a step is an acceleration."""
+        """Returns q̇_d (n,) and `Limited`: its change over a step [s] is Δt α, with α of (L.1).
+
+        Args:
+            arm: at q_d and the last q̇_d.
+            free: q̇_d without limits (n,).
+            V: V_c + K_x e (6,).
+            step: [s].
+        """
         J, alpha_0 = arm.Jv_V_WE, (free - arm.v) / step
         dynamics = J, arm.B, arm.Cv, arm.Fv, arm.g, _NO_WRENCH
         x = np.concatenate((arm.q, arm.v))

@@ -26,10 +26,10 @@ __all__ = ["SLACK", "UNLIMITED", "JointLimits", "Limited", "LimitsConfig", "slac
 
 _log = logging.getLogger("drake")
 
-# How fast motion in a lost direction comes to rest [1/s].
+# k of (L.1): how fast motion in a lost direction comes to rest [1/s].
 _LOST_RATE = 10.0
 
-# Weight of the null-space motion against the task; a hundred times B still counts for little.
+# ρ of (L.1), the weight of null-space motion against the task: ρB is small even where B is 100.
 _NULL_SPACE_WEIGHT = 1e-6
 
 # How close to a bound counts as on it, as a share.
@@ -44,7 +44,8 @@ _KINDS = {
 }
 
 # The numbers of joints whose position, velocity and effort limits act, and whether the posture
-# counts as singular. Then the acceleration of E that is left undone [rad/s², m/s²].
+# counts as singular. Then the slack s = Jα + J̇q̇ − a: the acceleration of E less the one that the
+# task asks for [rad/s², m/s²].
 _FIELDS = [
     *_KINDS,
     *(f"slack_{part}_{axis}" for part in ("rotation", "translation") for axis in "xyz"),
@@ -54,7 +55,7 @@ Limited = namedview("Limited", _FIELDS)
 # Of a `Limited`: the slack, [angular; linear].
 SLACK = slice(4, 10)
 
-# The value while no limit acts, known by its identity: a tick has no time to look at entries.
+# `Limited` while no limit acts, known by its identity: a tick has no time to look at entries.
 UNLIMITED = np.zeros(10)
 UNLIMITED.flags.writeable = False
 
@@ -63,11 +64,11 @@ UNLIMITED.flags.writeable = False
 class LimitsConfig:
     """How an arm keeps its joints' position, velocity and effort limits, which its plant has."""
 
-    margin: float = 0.02  # kept free of each end of a joint's range [rad, m]
+    margin: float = 0.02  # free at each end of a joint's range, at most a quarter of it [rad, m]
     velocity: float = 0.95  # share of the velocity limits that is used
     effort: float = 0.99  # share of the effort limits that is used
-    braking: float = 0.3  # share of the effort limits with which a joint brakes before its end
-    horizon: float = 0.02  # time over which a velocity reaches its limit [s]
+    braking: float = 0.3  # share of the used effort with which a joint brakes before its end
+    horizon: float = 0.02  # T of (L.1), over which a velocity reaches its limit [s]
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -95,7 +96,7 @@ class JointLimits:
         is_on: whether there are any.
         num_joints: n.
         threshold: smallest singular value below which a posture counts as singular.
-        memory: which limits act, and which have had a warning.
+        memory: `Limited`, which kinds have had a warning, and whether a limit acts.
         arguments: the limits (5, n), and the settings of `constrained_acceleration` (6,).
     """
 
@@ -129,7 +130,10 @@ class JointLimits:
             arm: the arm.
             h: wrench by the end effector on the environment (6,) [Nm, N].
             a: task acceleration (6,).
-            alpha_0: the joint acceleration without limits (n,).
+            alpha_0: the joint acceleration without limits (n,); not used for six joints.
+
+        Raises:
+            SignalError: a number is not finite.
         """
         J, b = arm.Jv_V_WE, a - arm.Jdot_v
         c = arm.Cv + arm.Fv + arm.g + J.T @ h

@@ -36,7 +36,7 @@ class Readings:
         turning = finite_vector(given, "turns", num_positions)
         self._sampling = velocity == "differenced", turning
         self.inputs = {"state": n}
-        # The count of readings: none, the first, more.
+        # The count of readings is 0 for none, 1 for the first and 2 for more.
         self.memory = Memory(reading=np.zeros(n), count=0.0)
         self.samplings = ((period, self.sample),)
         self.outputs = (Output("estimated_state", n, self._write, ("memory", "state")),)
@@ -48,7 +48,11 @@ class Readings:
         return ReadingSignals(len(self._sampling[1]), *self._sampling, state, memory)
 
     def start(self, memory: Array, now: Now, port: str = "state") -> None:
-        """Takes the first reading; `port` is the name of the input."""
+        """Takes the first reading, with the measured velocity; `port` is the input's name.
+
+        Raises:
+            SignalError: the reading is NaN or infinite.
+        """
         state = now[port]
         check_signal(state, now.port(port))
         memory[self.memory.reading] = state
@@ -69,6 +73,9 @@ class Readings:
             now: the inputs.
             port: the name of the input.
             signals: of `new_workspace`.
+
+        Raises:
+            SignalError: the reading is NaN or infinite.
         """
         state, elapsed = now[port], now.elapsed
         if not signals.take(state, memory, place, self.period if elapsed is None else elapsed):

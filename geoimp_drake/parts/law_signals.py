@@ -30,7 +30,7 @@ class ReadingSignals:
         n: number of joints.
         differenced: see the law.
         turns: see the law.
-        state: array of that name, a new one by default.
+        state: the array of this attribute, a new one by default.
         held: the same.
 
     Attributes:
@@ -68,7 +68,7 @@ class ReadingSignals:
 
 
 class KeptGains:
-    """Gains of an impedance.
+    """Gains of an impedance in arrays that persist; only other gains are copied into them.
 
     Args:
         gains: as `compliant_motion` takes them.
@@ -122,7 +122,7 @@ class ImpedanceSignals:
     Args:
         family: the law of an orientation family.
         gains: as the law takes them.
-        desired: array of that name, a new one by default.
+        desired: the array of this attribute, a new one by default.
         wrench: the same.
         state: the same.
         rate: the same.
@@ -155,7 +155,7 @@ class ImpedanceSignals:
         self.law = bound(impedance_step(family), *self.arguments)
 
     def take(self, desired: Array, wrench: Array, state: Array, gains: tuple[Array, ...]) -> None:
-        """Takes the inputs of one evaluation; arguments as of the law."""
+        """Copies the inputs of one evaluation if not in place; arguments as of the law."""
         if desired is not self.desired:
             self.desired[:] = desired
         if wrench is not self.wrench:
@@ -173,7 +173,7 @@ class ArmSignals:
         constants: its arguments before the signals; the first three are those of `measured_motion`.
         n: number of joints.
         efforts: limits of the torques, in the order of the actuators (n,).
-        reference: array of that name, a new one by default.
+        reference: the array of this attribute, a new one by default.
         reading: the same.
         wrench: the same.
         peak: the largest efforts so far, as shares of their limits (n,).
@@ -218,7 +218,7 @@ class ArmSignals:
         self._compare = bound(peak_effort, *self.efforts)
 
     def take(self, memory: Array, place: slice) -> None:
-        """Takes the reading at a place of a memory."""
+        """Copies the reading from a place of a memory, unless the memory persists."""
         if not self._is_read:
             self.reading[:] = memory[place]
 

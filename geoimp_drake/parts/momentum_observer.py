@@ -78,7 +78,11 @@ class MomentumObserver:
         self.sample(memory, now)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Advances the observer to a reading, with the torque over the step that led to it."""
+        """Advances the observer to a reading, with the torque over the step that led to it.
+
+        Raises:
+            SignalError: the reading or the torque is NaN or infinite.
+        """
         self.observe(memory, now)
         self._tare(memory, now.time)
         external = self._external(memory)
@@ -102,7 +106,7 @@ class MomentumObserver:
         memory[places.time] = now.time
 
     def _tare(self, memory: Array, time: float) -> None:
-        """Takes the mean of the residual in the second half of the time for the tare."""
+        """Takes the mean of the residual in the second half of the time [s] from zero to `tare`."""
         if not 0.5 * self._config.tare < time <= self._config.tare:
             return
         count = memory[self.memory.tare_samples] = memory[self.memory.tare_samples] + 1.0

@@ -66,7 +66,7 @@ class MotionControl:
             self._family.check_domain(numbers(reference[QUATERNION]), numbers(Q_WE))
 
     def acceleration(self, reference: Array, arm: ArmState) -> Array:
-        """Returns the task acceleration a (6,) of (2.9), (2.15).
+        """Returns the task acceleration a (6,) of (2.9) and of the orientation law, as (2.15).
 
         Args:
             reference: motion of the frame to be tracked (19,), in the domain of the law.

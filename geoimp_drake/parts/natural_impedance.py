@@ -1,4 +1,4 @@
-"""The six-DOF impedance of E with the arm's own inertia: it needs no wrench."""
+"""The six-DOF impedance of E with the arm's own inertia, which needs no wrench."""
 
 import numpy as np
 
@@ -103,10 +103,12 @@ class NaturalImpedance:
         return self._write_of(now, loop.arm_state(memory, now), signals.motion)
 
     def energy(self, now: Now, C: Array, wrench: Array, mobility: Array, damping: Array) -> Array:
-        """Returns ImpedanceEnergy (9,) [J, W]; translation and rotation share what couples them.
+        """Returns ImpedanceEnergy (9,) [J, W]: kinetic energy ½ΔvᵀΛΔv and damping ΔvᵀDΔv.
+
+        Each part has its rows of Δv, and so half of what couples translation and rotation.
 
         Args:
-            now: the inputs, of which the motion of D and the factors are used.
+            now: the inputs, of which the motion of D and the factors of K_p and K_o are used.
             C: motion of C (19,).
             wrench: at the end effector (6,), NaN if it is not known.
             mobility: Λ⁻¹ (6, 6).
@@ -159,7 +161,7 @@ def _stiffness(gains: tuple[Array, ...]) -> tuple[Array, Array, Array]:
 
 
 def _factor(K_p: Array, K_o: Array, K_c: Array, port: str = "") -> Array:
-    """Returns the lower triangle of the 6×6 stiffness where E equals D.
+    """Returns the lower Cholesky factor L of the 6×6 stiffness K₀ = LLᵀ where E equals D.
 
     Raises:
         SignalError: the factors at `port` make it indefinite.

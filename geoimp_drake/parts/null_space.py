@@ -1,4 +1,4 @@
-"""The null-space motion of a redundant arm at one instant: (3.33) and (3.36)-(3.39) together."""
+"""Gains, weight and task function of a redundant arm's null-space motion, (3.33), (3.36)-(3.39)."""
 
 from collections.abc import Callable
 from math import isnan
@@ -22,15 +22,15 @@ __all__ = ["NullSpace"]
 class NullSpace:
     """How the null-space motion is controlled, and what is remembered of it.
 
-    It remembers the posture from which targets may start, NaN until it has been kept, and whether
-    it has warned of K_n.
+    It remembers the posture at the start, from which targets of the task function may start. The
+    posture is NaN until it has been kept. It also remembers whether it has warned of K_n.
 
     Args:
         model: the arm.
         K_n: constant gain of e_n, symmetric positive definite (n×n), or a number k for k I
             [Nms/rad, Ns/m]; zero for κB.
         kappa: rate κ at which e_n decays by the gain κB [1/s]; `DEFAULT_KAPPA` without K_n.
-        k_beta: gain of the task function.
+        k_beta: gain k_β of the task function (3.39); positive climbs w, negative descends.
         task: the task function w; none by default.
         weight: a constant W, symmetric positive definite (n×n); by default W = B  (3.36).
         damping: near singularities.
@@ -43,7 +43,8 @@ class NullSpace:
         watch: over a constant K_n; None if there is nothing to watch.
 
     Raises:
-        ConfigurationError: a number cannot be used.
+        ConfigurationError: K_n or the weight is not symmetric positive definite, or κ not positive.
+            Or both K_n and κ are given, k_β is not finite, or the damping is negative.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class NullSpace:
         self.memory = Memory(start_posture=np.full(n, np.nan), warned=0.0)
 
     def keep_start(self, memory: Array, q: Array) -> None:
-        """Keeps the posture from which targets may start, if none has been kept.
+        """Keeps the posture at the start, if none has been kept.
 
         Args:
             memory: of this object.

@@ -50,7 +50,7 @@ def null_space_gain(
 
 
 class GainWatch:
-    """Warns once where a constant gain K_n is too large for the period.
+    """Finds where a constant gain K_n is too large for the period, and warns of it.
 
     Null-space motion decays by ė_n = −NB⁻¹K_n e_n. Between two readings the torques are held, so
     the motion grows if the period times a rate of decay exceeds 2. The rates depend on the posture.

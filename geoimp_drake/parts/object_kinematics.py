@@ -64,7 +64,12 @@ class ObjectKinematics:
         return np.empty((2, FRAME_MOTION_SIZE)), np.empty((3, 6))
 
     def find(self, now: Now, found: Found) -> None:
-        """Writes motions and wrenches."""
+        """Writes the motions of O and of the mutual pose, and the wrenches, (4.1)-(4.9).
+
+        Raises:
+            SignalError: an input is NaN or infinite, or a quaternion is not unit.
+            OutOfDomainError: the hands have turned by more than 355° against each other.
+        """
         motions, wrenches = found
         first, second = now["motion_1"], now["motion_2"]
         if not (self._is_motion(first) and self._is_motion(second)):
@@ -85,7 +90,7 @@ class ObjectKinematics:
         self._wrench_law(h_1, h_2, first[QUATERNION], motions, *self._load, reference, wrenches)
 
     def _write_slack(self, row: int, now: Now, value: Array) -> None:
-        """Writes what the limits of the arms leave undone of a row of the motions."""
+        """Writes the slack (6,) of the object, row 0, or of the mutual pose, row 1."""
         first, second = (
             now[name] if now.has(name) else NO_SLACK for name in ("slack_1", "slack_2")
         )

@@ -25,14 +25,14 @@ OBJECT_WRENCHES = ("grasp-matrix", "printed")
 class ObjectLoad:
     """What the hands carry besides the contact; it is removed from the object's wrench.
 
-    Leave out a part of the object that hangs on a hand, if that hand's wrench is already without
-    it.
+    If a hand's wrench is already without the weight of some part of the object, leave out that part
+    here.
     """
 
     mass: float = 0.0  # [kg]
     centre_of_mass: Array = field(default_factory=lambda: np.zeros(3))  # p_OG in O [m]
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))  # about G, in O [kg m²]
-    inertial_load: str = "compliant"  # the load of C's motion is removed, too; or none: the weight
+    inertial_load: str = "compliant"  # of C's motion, removed with the weight; none: weight alone
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -46,6 +46,9 @@ class Memory:
 
     Attributes:
         start: the whole vector at the start (n,).
+
+    Raises:
+        TypeError: a place is called `start`.
     """
 
     def __init__(self, **start: "Array | float | Memory"):
@@ -75,8 +78,8 @@ class Now(Protocol):
     Attributes:
         time: [s].
         system: the name of the system, for messages.
-        memory: a copy of the part's memory.
-        state: a copy of the part's continuous state.
+        memory: the part's memory: a copy in a system, the loop's own in a `PartLoop`.
+        state: the part's continuous state, the same.
         elapsed: time since the last sample [s], None for the period of the samples.
         found: what `find` has written.
         workspace: what `new_workspace` has made.

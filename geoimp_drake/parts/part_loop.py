@@ -36,7 +36,7 @@ class PartLoop:
     In a tick the part samples the new readings. Its continuous state is integrated over the time
     since the previous tick, with these readings and the old targets. Its outputs follow from all of
     them. A simulator does the same: a discrete plant is read as it will be at the end of a step.
-    The loop catches up on lost ticks in steps of at most a period of the part's samples.
+    After lost ticks it integrates in steps of at most the shortest period of the part's samples.
 
     Args:
         part: a whole controller; its inputs are vectors.
@@ -100,7 +100,8 @@ class PartLoop:
             elapsed: time since the last tick [s].
 
         Raises:
-            SignalError: no time has passed or too much, or an input is of another size.
+            SignalError: no time has passed or too much, or an input is of another size. Errors of
+                the part pass, too.
         """
         if not 0.0 < elapsed < np.inf:
             raise SignalError(
@@ -182,7 +183,7 @@ class PartLoop:
 
 
 class _Tick(dict[str, Array]):
-    """A `Now` of arrays; its items are those of the inputs."""
+    """A `Now` of arrays; its items are the inputs."""
 
     def __init__(
         self,

@@ -24,7 +24,7 @@ class PassiveGains:
 
     Attributes:
         changing: the inputs that request gains, with their sizes.
-        level: place in the memory of the energy in the tank.
+        level: place of the tank's energy in the memory.
     """
 
     float_only = "changes the gains step by step"
@@ -72,7 +72,7 @@ class PassiveGains:
 
         Args:
             memory: of this part, updated.
-            now: the inputs.
+            now: the inputs and the time.
             C: motion of C (19,).
         """
         tank, K = memory[self.memory.tank], memory[self.memory.stiffness]
@@ -91,7 +91,7 @@ class PassiveGains:
 
         Args:
             memory: of this part.
-            now: the inputs, taken as they are before the start.
+            now: the inputs, whose gains are granted as requested before the start.
         """
         K, D = memory[self.memory.stiffness], memory[self.memory.damping]
         if not memory[self.memory.is_set]:

@@ -19,7 +19,7 @@ __all__ = ["Passivity", "PassivityConfig"]
 class PassivityConfig:
     """What keeps an impedance passive when its gains change or its contact rings."""
 
-    gains: TankConfig | None = None  # K and D as signals, through a tank; null: a factor of K alone
+    gains: TankConfig | None = None  # K and D as signals, through a tank; null: factors of K alone
     damping: AdaptiveDampingConfig | None = None  # D rises while a contact rings; null: never
 
     @property
@@ -42,11 +42,15 @@ class PassivityConfig:
 
 
 class Passivity:
-    """A piece of whole controllers.
+    """What whole controllers pass their gains through; a piece of them.
+
+    Args:
+        gains: the part that changes them through a tank; None if they pass unchanged.
+        damping: the part that raises it; None if nothing does.
 
     Attributes:
-        gains: the part that changes them; None if they do not change.
-        damping: the part that raises it; None if nothing does.
+        gains: as given.
+        damping: as given.
         inputs: those of the controller that change the gains, with their sizes.
         changes_gains: whether the impedance sees other gains than those of the inputs.
     """

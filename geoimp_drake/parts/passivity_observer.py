@@ -17,7 +17,7 @@ __all__ = ["ObserverConfig", "PassivityObserver"]
 _POSE = slice(0, POSE_SIZE)
 _ROUNDING = 1e-6  # of a period
 
-# A push that is weaker than the last one by this factor dies out by itself.
+# A push of less than this share of the last one's energy does not count: it dies out by itself.
 _DECAY = 0.5
 
 # A push ends when its work in a step falls below this share of its largest: against a damper work
@@ -30,7 +30,7 @@ class ObserverConfig:
     """How the observer counts energy that is given out."""
 
     delay: int = 0  # how many periods the wrench is later than the joints' readings
-    lag: float = 0.1  # of the means of wrench and velocity: what is slower does not count [s]
+    lag: float = 0.1  # of the means of (L.6): what is slower does not count [s]
     least: float = 1e-3  # energy that a push must give out to count [J]
     memory: float = 0.5  # longest time between pushes that belong together [s]
 
@@ -62,8 +62,8 @@ class PassivityObserver:
             time=-np.inf,
             means=np.zeros(12),
             ways=np.zeros(6 * (config.delay + 1)),
-            # Energy of the present push, and its largest in a step; energy of the last push that
-            # counted, and when it ended.
+            # Energy of the present push, and the most that it gave out in a step [J]. Then the
+            # energy of the last push that counted [J], and when it ended [s].
             push=0.0,
             peak=0.0,
             last=0.0,
@@ -102,7 +102,14 @@ class PassivityObserver:
         return True
 
     def _add(self, memory: Array, h: Array, z: Array, time: float) -> None:
-        """Adds the work of a step; a push lasts until its alternating work is small or negative."""
+        """Adds the work of a step; a push lasts until its alternating work is small or negative.
+
+        Args:
+            memory: of this part, updated.
+            h: wrench by the end effector on the environment (6,) [Nm, N].
+            z: displacement of E in the step of that wrench (6,) [rad, m].
+            time: [s].
+        """
         places, least = self.memory, self._config.least
         memory[places.given_out] += h @ z
         work = alternating_work(h, z, memory[places.means].reshape(2, 6), self._share)

@@ -57,7 +57,7 @@ def _nearest_to_box(H: Array, f: Array, B: Array, lower: Array, upper: Array) ->
     return _solver()(B, -B @ inside, B, free, np.concatenate((np.full(n, _INFINITE), upper[n:])))
 
 
-@cache  # a package that is missing is searched for everywhere, which no tick has time for
+@cache  # the search for a missing package goes through every path, which no tick has time for
 def _solver() -> Callable[..., Array | None]:
     if importlib.util.find_spec("daqp"):
         return _by_daqp

@@ -48,7 +48,7 @@ class ReadArm:
         return bool(memory[self.count])
 
     def pass_through(self, memory: Array, now: Now) -> Array:
-        """Returns a memory with a reading: before the first one, that of the port.
+        """Returns the memory with a reading: before the first one, that of the port.
 
         Args:
             memory: of this part, which may be written.
@@ -73,7 +73,7 @@ class ReadArm:
             self._check_reading(memory, now)
 
     def motion(self, memory: Array, now: Now) -> Array:
-        """Returns what `write_motion` writes (19,)."""
+        """Returns what `write_motion` writes (19,); arguments and errors are the same."""
         motion = np.empty(FRAME_MOTION_SIZE)
         self.write_motion(memory, now, motion)
         return motion
@@ -95,7 +95,7 @@ class ReadArm:
         return signals.motion
 
     def arm_state(self, memory: Array, now: Now) -> ArmState:
-        """Returns kinematics and dynamics; arguments and errors as of `write_motion`."""
+        """Returns kinematics and dynamics at the reading; arguments and errors as of `motion`."""
         self._check_reading(memory, now)
         return self._arm(memory[self._readings])
 

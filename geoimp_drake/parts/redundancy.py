@@ -30,6 +30,10 @@ class ResolvedAcceleration:
 
     Args:
         threshold: smallest singular value of J below which α is zero, and left to the limits.
+
+    Raises:
+        SignalError: the task acceleration is NaN or infinite.
+        SingularityError: J is exactly singular, with a threshold of zero.
     """
 
     def __init__(self, threshold: float = 0.0) -> None:
@@ -111,7 +115,7 @@ class RedundantAcceleration:
 
 
 class WatchedRedundantAcceleration(RedundantAcceleration):
-    """The same with a constant K_n, which each step compares with what the posture allows."""
+    """The same with a constant K_n, which each step compares with the largest for the posture."""
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
         """Warns once of a K_n that is too large."""

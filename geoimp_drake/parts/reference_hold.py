@@ -30,7 +30,7 @@ AFTER_HOLD = ("hold", "release", "retreat")
 class ReferenceHoldConfig:
     """How the hands stop and what comes after."""
 
-    after: str = "hold"  # or release, retreat
+    after: str = "hold"  # or release, retreat: what follows after `delay`
     stop_time: float = 0.02  # time constant of the velocities [s]
     delay: float = 1.0  # from the hold to release or retreat [s]
     retreat_distance: float = 0.05  # of an opened hand, away from the other [m]
@@ -70,7 +70,7 @@ class Hold:
         )
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Holds both references from now on, if a grasp has opened.
+        """Keeps both references, from which the hands stop, at the first sample of an opened grasp.
 
         Raises:
             SignalError: a reference is NaN or infinite, or its quaternion is not unit.
@@ -155,7 +155,13 @@ class Hold:
 
 
 def _stopped_motion(held: Array, elapsed: float, time_constant: float) -> Array:
-    """Returns the motion (19) that starts with the pose and velocity of `held` and stops."""
+    """Returns the motion (19) of a frame that stops from the pose and velocity of `held`.
+
+    Args:
+        held: motion at the hold (19,).
+        elapsed: time since then [s].
+        time_constant: of the velocities [s].
+    """
     turn, w, dw = stopped(held[ANGULAR_VELOCITY], elapsed, time_constant)
     way, v, dv = stopped(held[LINEAR_VELOCITY], elapsed, time_constant)
     motion = np.empty(FRAME_MOTION_SIZE)

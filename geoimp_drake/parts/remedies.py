@@ -35,7 +35,7 @@ class Remedies:
     """The part of `systems.arm.remedies.Remedies`.
 
     As a step begins, it computes the torques to add from the next sample of the readings on. So
-    every form and plant has the same torques, and the torques that the observer is told have acted.
+    every form and plant has the same torques, and the observer knows those that have acted.
 
     Args:
         model: the arm.
@@ -43,6 +43,9 @@ class Remedies:
         motion: the inner loop's gains; the integral's are in proportion to them.
         period: of the readings [s].
         damping: near singularities.
+
+    Raises:
+        ConfigurationError: a field of the configuration cannot be used.
     """
 
     def __init__(
@@ -99,7 +102,11 @@ class Remedies:
         )
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Finds what to add after this step; compares the torques of this step with the limits."""
+        """Finds what to add after this step; compares the torques of this step with the limits.
+
+        Raises:
+            SignalError: an input is NaN or infinite, or the reference's quaternion is not unit.
+        """
         for name in self.inputs:
             check_signal(now[name], now.port(name))
         check_frame_motion(now["reference_motion"], now.port("reference_motion"))
@@ -138,7 +145,7 @@ class Remedies:
             self._saturation.report(saturated, total, now.system, now.time)
 
     def _against_disturbance(self, memory: Array, now: Now) -> Array:
-        """Returns −r in the actuators' order (n,)."""
+        """Returns −r of (R.3) in the actuators' order (n,), zero without an observer."""
         if self._observer is None or self.config.disturbance_observer is None:
             return np.zeros(self._model.num_joints)
         place = memory[self.memory.observer]
@@ -192,7 +199,7 @@ class Remedies:
 
 
 def _friction_of(config: FrictionConfig | None, n: int) -> tuple[Array, Array]:
-    """Returns F_c and F_v (n,), by their share."""
+    """Returns F_c and F_v of (R.2) (n,), times `share`."""
     if config is None:
         return np.zeros(n), np.zeros(n)
     coulomb, viscous = (

@@ -49,10 +49,10 @@ class DisturbanceObserverConfig:
 class FrictionConfig:
     """Friction that is fed forward: one number for all joints, or one each from base to hand."""
 
-    coulomb: Array = field(default_factory=lambda: np.array(0.0))  # [Nm, N]
-    viscous: Array = field(default_factory=lambda: np.array(0.0))  # beyond the model's
-    slow: float = 0.01  # velocity below which the sign of a motion is uncertain [rad/s, m/s]
-    share: float = 1.0  # of that friction
+    coulomb: Array = field(default_factory=lambda: np.array(0.0))  # F_c of (R.2) [Nm, N]
+    viscous: Array = field(default_factory=lambda: np.array(0.0))  # F_v, beyond the model's
+    slow: float = 0.01  # v_s, below which the sign of a motion is uncertain [rad/s, m/s]
+    share: float = 1.0  # of that friction which is fed forward
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

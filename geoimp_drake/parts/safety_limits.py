@@ -36,16 +36,17 @@ _ROUNDING = 1e-9
 
 @dataclass
 class SafetyConfig:
-    """What an arm may do to somebody it hits; the library has no such limit: yours have a source.
+    """The force that an arm may exert on somebody it hits, and how that limit is kept.
 
-    It is not a certified safety function.
+    The library has no default for that force: give yours, and its source. This is not a certified
+    safety function.
     """
 
     force: float = 0.0  # largest force of a contact; to be given [N]
     source: str = ""  # of that limit, in words; to be given
     contact_stiffness: float = 0.0  # of the stiffest body that may be hit; to be given [N/m]
-    cap: bool = True  # D is not faster than such a contact allows
-    leash: bool = True  # D's spring and damper pull C with half of `force` each, at most
+    cap: bool = True  # D is not faster than (L.8), at which an impact stays below `force`
+    leash: bool = True  # D's spring and damper pull C with half of `force` each, at most (L.9)
     detection: float | None = 15.0  # force at the wrist at which D becomes C; null for none [N]
     softer: float = 0.2  # K is multiplied by this from then on
 
@@ -101,7 +102,11 @@ class SafetyLimits:
         self.samplings = ((period, self.sample),)
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Keeps D as it is passed on, and checks whether somebody has been hit."""
+        """Keeps D as it is passed on; after a hit, D rests where C is and K is lower.
+
+        Raises:
+            SignalError: the wrench, a reading or D is not finite, or D's quaternion is not unit.
+        """
         places, wrench = self.memory, now["wrench"]
         check_signal(wrench, now.port("wrench"))
         motion = np.empty(FRAME_MOTION_SIZE)
@@ -126,7 +131,11 @@ class SafetyLimits:
         self._find_motion(now, now.memory, motion)
 
     def _find_motion(self, now: Now, memory: Array, motion: Array) -> float:
-        """Writes D as it is passed on; returns the speed that it may have, infinite if it rests."""
+        """Writes D as it is passed on; returns the speed that it may have [m/s].
+
+        It is zero after a reaction, and infinite if D rests, without a cap and before the first
+        sample.
+        """
         motion[:] = now["desired_motion"]
         last, speed = memory[self.memory.motion], np.inf
         if not memory[self.memory.is_set]:
@@ -166,7 +175,7 @@ class SafetyLimits:
         )
 
     def _hold(self, C: Array, motion: Array) -> None:
-        """Limits how far and how fast D leads C, so that neither spring nor damper pulls more."""
+        """(L.9) Limits how far and how fast D leads C: each pulls with half of `force` at most."""
         if not is_finite(C) or not C[:POSE_SIZE].any():
             return
         half = 0.5 * self._config.force

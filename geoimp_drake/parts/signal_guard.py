@@ -21,7 +21,8 @@ class SignalGuard:
     """Judges reading and wrench of a tick; in place of an invalid one it gives the last valid one.
 
     A signal is invalid if it is not finite, or if it has repeated itself to the bit while D moved
-    by `stuck`. A wrench of exactly zero may repeat itself: nothing touches the hand. A wrench
+    by `stuck`. So is a reading while the input `valid` is zero. A wrench of exactly zero may repeat
+    itself: nothing touches the hand. Without a valid wrench for too long, it gives zero. A wrench
     beyond its limit is shortened to the limit. This class is a piece of the supervisor's part.
 
     Args:
@@ -38,7 +39,7 @@ class SignalGuard:
             state_way=0.0,  # path of D since the signal has changed [m, rad]
             wrench_way=0.0,
             felt=0.0,  # time of the last valid wrench [s]
-            blind=0.0,  # 1 once there has been none for too long: it brakes once
+            blind=0.0,  # 1 once there has been none for too long, for good: D brakes once
         )
 
     def missing(self, now: Now, memory: Array) -> str | None:
@@ -68,7 +69,7 @@ class SignalGuard:
         return is_same and bool(value.any())
 
     def is_blinded(self, now: Now, memory: Array, hold: float) -> bool:
-        """Whether from now on the wrench counts as zero, so that D must not press any more.
+        """Whether from this tick on an invalid wrench counts as zero, so that D must not press.
 
         Args:
             now: the inputs.

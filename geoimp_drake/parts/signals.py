@@ -17,7 +17,7 @@ AT_REST.flags.writeable = False
 
 
 def is_set(pose: Array) -> bool:
-    """Whether a pose, or a vector that begins with one, has been written; it is declared as zero.
+    """Whether a pose, or a vector that begins with one, has been written: it is zero until then.
 
     Args:
         pose: quaternion first.
@@ -27,7 +27,7 @@ def is_set(pose: Array) -> bool:
 
 
 def check_signal(value: Array, port: str) -> None:
-    """Raises SignalError if a value at a port is NaN or infinite."""
+    """Raises SignalError if a value at a port is NaN or infinite, or overflows when squared."""
     value = numbers(value)
     if not is_finite(value):
         bad = {int(i): float(value[i]) for i in np.flatnonzero(~np.isfinite(value))}

@@ -56,8 +56,8 @@ _BLIND = ", D is C"  # ends a reason to brake
 class Supervisor:
     """The part of `systems.supervisor.Supervisor`; arguments and errors are the same.
 
-    The desired motion and the torques that it passes on depend on its memory. So it may stand
-    before and behind a controller at once.
+    The motion, the reading and the wrench that it passes on do not depend on the torques. So it may
+    stand before and behind a controller at once.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class Supervisor:
         self.memory = Memory(
             mode=float(Mode.INIT),
             since=0.0,  # when the mode began [s]
-            seen=0.0,  # time of the last valid reading [s]
+            seen=0.0,  # when reading and wrench were last valid [s]
             desired=motion,  # D as passed on at the last tick
             held=motion,  # D as braking began
             sent=np.zeros(n),  # the torques of the last tick
-            reached=0.0,  # when the torques sent were last those requested [s]
+            reached=0.0,  # when the torques sent were last those requested, or the mode not RUN [s]
             taken_over=np.zeros(n),  # from which ours fade in: the robot's own, or those held
             held_in=float(Mode.RUN),  # what a missing signal has interrupted
             faded=0.0,  # how much of a soft start had passed then [s]
@@ -116,7 +116,7 @@ class Supervisor:
         )
 
     def sample(self, memory: Array, now: Now) -> None:
-        """Checks the signals of a tick, and changes the mode if there is a reason."""
+        """Checks the signals of a tick, keeps what is sent, and changes the mode with a reason."""
         places = self.memory
         missing = self._guard.missing(now, memory[places.guard])
         if missing is None:
@@ -259,7 +259,7 @@ class Supervisor:
 
 
 def _steps(D: Array, last: Array) -> Iterator[tuple[str, str, float]]:
-    """Yields how far D moves from one tick to the next, nothing at the first."""
+    """Yields the changes of D's pose and velocity from one tick to the next, none at the first."""
     if last.any():
         yield "desired_step", "m", _norm(D[POSITION] - last[POSITION])
         yield "desired_step", "rad", _angle(D[QUATERNION], last[QUATERNION])

@@ -43,7 +43,7 @@ class SupervisorConfig:
 
     limits: SupervisorLimits = field(default_factory=SupervisorLimits)
     soft_start: float = 0.5  # the torques fade in [s]
-    hold: float = 0.02  # longest time without a valid reading [s]
+    hold: float = 0.02  # longest time without a valid reading or wrench [s]
     brake: float = 0.15  # until D rests [s]
 
     def validate(self, name: str) -> None:

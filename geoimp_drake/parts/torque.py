@@ -45,7 +45,7 @@ class Saturation:
         return self.which(self._law(torque, self.limits, memory))
 
     def which(self, passed: int) -> list[int]:
-        """Returns the actuators in what `peak_effort` returns."""
+        """Returns the actuators whose bits are set in `passed`, what `peak_effort` returns."""
         return [k for k in range(len(self.limits)) if passed >> k & 1] if passed else _NONE
 
     def report(self, saturated: list[int], torque: Array, system: str, time: float) -> None:

@@ -114,7 +114,7 @@ class TwoArms:
         return [*places, self.new_found()]
 
     def start(self, memory: Array, now: Now) -> None:
-        """Takes the first readings."""
+        """Takes the first readings of both arms, and the motions of the hands."""
         for loop, arm, measured in self._each:
             loop.start(memory[arm], now)
             loop.write_motion(memory[arm], now, memory[measured])
@@ -139,7 +139,10 @@ class TwoArms:
         self._object.find(now, memory[self.memory.object], hands, wrenches, found)
 
     def begin(self, memory: Array, state: Array, now: Now) -> None:
-        """Starts the object, or normalizes its quaternions; compares torques with the limits."""
+        """Starts the object, or normalizes its quaternions; compares torques with the limits.
+
+        It also keeps the effect of the limits on the object and on the mutual pose.
+        """
         resolved = [self._resolved(k, now) for k in _ARMS]
         hands = slack_of(resolved[0][-1]), slack_of(resolved[1][-1])
         slacks = self._object.slacks(now, now.found.memory[self.memory.measured_1], hands)

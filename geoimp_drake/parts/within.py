@@ -63,7 +63,7 @@ class Within(dict[str, Any]):
 
     @property
     def workspace(self) -> Any:
-        """What the inner part works with."""
+        """The inner part's workspace."""
         return self._now.workspace[self._place]
 
     def has(self, name: str) -> bool:

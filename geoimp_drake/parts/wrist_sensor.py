@@ -101,7 +101,7 @@ class Sensor:
         Args:
             memory: of this sensor, updated.
             now: the inputs.
-            count: of the samples before this one, at least one.
+            count: of the sampling instants before this one, at least one: the first has no sample.
             generator: of the noise.
             forces: the plant's reaction forces.
             plant_state: [q; v] of the plant, if there is a path to a tool.
@@ -131,7 +131,7 @@ class Sensor:
             self._check(now, motion, reaction, raw, reading)
 
     def write_true_wrench(self, now: Now, motion: Array, h: Array) -> None:
-        """Writes h without the sensor's errors.
+        """Writes h without the sensor's errors, filter and delay.
 
         Args:
             now: the inputs.
@@ -175,7 +175,10 @@ class Sensor:
         return poses[self._tool_body].GetAsMatrix34()
 
     def _plant_motion(self, now: Now) -> Array:
-        """Returns the motion of the tool in the plant (19)."""
+        """Returns the tool's motion in the plant (19), as far as its inertial load depends on it.
+
+        The quaternion is that of no rotation, and the linear velocity is zero.
+        """
         motion, k = np.zeros(FRAME_MOTION_SIZE), self._tool_body
         V = now["body_spatial_velocities"][k]
         A = now["body_spatial_accelerations"][k]

@@ -41,10 +41,10 @@ class WristSensorConfig:
     bias: Array = field(default_factory=lambda: np.zeros(6))  # [moment; force] in S
     filter_cutoff: float = 0.0  # of a first-order low-pass, zero for none [Hz]
     delay: float = 0.0  # age of a reading when it arrives, whole periods [s]
-    # The tool's inertial load is removed by the motion of: plant, reference; or none. What is left
-    # of it can make the loop unstable, see `sensed_inertia`.
+    # Whose motion gives the inertial load to remove: plant, reference; or none. What is left of it
+    # can make the loop unstable, see `sensed_inertia`.
     inertial_load: str = "plant"
-    seed: int = 0  # of the noise, with the sensor's name
+    seed: int = 0  # of the noise, with the name of the sensor's joint
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -111,7 +111,7 @@ class SensorMounting:
     sign: float = 1.0  # −1 if the tool is the joint's parent: a reaction acts on the child
     path: Array | None = None  # to the tool, see `kinematic_tree.path_to`; None takes `body_poses`
     num_states: int = 0  # of the plant, if there is a path
-    joint_name: str = ""  # of the weld, with its model instance's; empty takes its place
+    joint_name: str = ""  # of the weld, with its model instance's; empty: `joint` stands for it
     end_effector: str = ""  # the name of E, with its model instance's; empty: not known
 
 

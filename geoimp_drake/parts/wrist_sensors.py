@@ -66,7 +66,7 @@ class WristSensors:
         self.plant_inputs = _plant_inputs(sensors, all_of_them)
         references = [f"reference_motion{suffix}" for suffix in suffixes]
         self.inputs = {**self.plant_inputs, **dict.fromkeys(references, FRAME_MOTION_SIZE)}
-        # When it began, the number of samples so far, and the memory of each sensor.
+        # When it began [s], the number of sampling instants so far, and the memory of each sensor.
         self.memory = Memory(
             began=0.0,
             count=0.0,
@@ -167,7 +167,7 @@ class WristSensors:
     def _write_true(self, k: int, now: Now, h: Array) -> None:
         memory = now.memory
         place = memory[self._places[k]]
-        # At the plant's own steps, whether the sensor has been read or not.
+        # From the plant's first step on, whether the sensor has been read or not.
         if now.time > memory[self.memory.began]:
             self._sensors[k].write_true_wrench(now, self._motion(k, place, now), h)
         else:
