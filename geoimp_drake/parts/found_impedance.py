@@ -22,8 +22,8 @@ class FoundImpedance:
         motion: of C (19,).
         terms: what the impedance's `follow` has returned for its `energy`.
         memory: of the whole part, with a reading.
-        own: the impedance's place in it.
-        arm_memory: the inner loop's place in it.
+        own: its part that is the impedance's.
+        arm_memory: its part that is the inner loop's.
         wrench: at the end effector (6,).
         time: of the torques, which depend on it by a task function; NaN if there are none [s].
         reports: what `InnerLoop.write_torque` has returned.

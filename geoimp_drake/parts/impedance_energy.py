@@ -36,7 +36,7 @@ ImpedanceEnergy = namedview(
 
 
 class Energies:
-    """Evaluates the energies of (3.15) and (3.16) and their powers, and those of translation.
+    """Evaluates energies and powers of (3.1), and of an orientation family as (3.15)-(3.21).
 
     Args:
         M: M_p (3×3), in the axes of the gains [kg].

@@ -245,10 +245,10 @@ class Finds(Protocol):
     found_of: Sequence[str]
 
     def new_found(self) -> Any:
-        """Returns where to write it."""
+        """Returns what `find` writes to, new for each context."""
 
     def find(self, now: Now, found: Any) -> None:
-        """Writes it."""
+        """Writes to `found` what several outputs use."""
 
 
 @runtime_checkable
@@ -291,4 +291,4 @@ class Works(Protocol):
     """A part that needs a workspace that is no state, such as a context of a plant."""
 
     def new_workspace(self) -> Any:
-        """Returns it."""
+        """Returns a workspace, new for each context."""

@@ -175,7 +175,7 @@ class SafetyLimits:
         )
 
     def _hold(self, C: Array, motion: Array) -> None:
-        """(L.9) Limits how far and how fast D leads C: each pulls with half of `force` at most."""
+        """(L.9) Limits D's lead on C: spring and damper pull with half of `force` each, at most."""
         if not is_finite(C) or not C[:POSE_SIZE].any():
             return
         half = 0.5 * self._config.force
