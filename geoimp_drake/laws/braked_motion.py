@@ -1,4 +1,4 @@
-"""The motion of a frame that comes to rest: fifth order in its velocity, without a jump."""
+"""The motion of a frame that brakes to rest by fifth-order polynomials: no velocity jumps."""
 
 import numpy as np
 
@@ -20,9 +20,9 @@ __all__ = ["braked_motion"]
 def braked_motion(time: float, duration: float, start: Array) -> Array:
     """Returns the motion (19,) of a frame that brakes from its motion at time zero.
 
-    With x = t/T its velocity is v_0 h(x) + a_0 T k(x). While h falls from 1 to 0, k starts with
-    slope 1, so that the acceleration at the start fades out. Both end with slope and curvature
-    zero:
+    With x = t/T its velocity is v_0 h(x) + a_0 T k(x). While h falls from 1 to 0, k starts at 0
+    with slope 1, so the motion starts with the acceleration a_0. Both end at 0 with slope and
+    curvature zero:
 
         h = 1 − 10 x³ + 15 x⁴ − 6 x⁵,   k = x − 6 x³ + 8 x⁴ − 3 x⁵.
 
@@ -33,7 +33,7 @@ def braked_motion(time: float, duration: float, start: Array) -> Array:
     Args:
         time: t since braking began [s].
         duration: T [s].
-        start: the motion at time zero (19,).
+        start: the motion at time zero (19,), in W.
     """
     x, T = min(time / duration, 1.0), duration
     h = 1.0 + x**3 * (-10.0 + x * (15.0 - 6.0 * x))

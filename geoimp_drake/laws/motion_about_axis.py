@@ -28,7 +28,8 @@ def motion_from_rest(time: float, duration: float, start: Array, way: Array, mot
         time: since the start [s].
         duration: until the frame rests again [s].
         start: motion of the frame that rests at the start (19,).
-        way: displacement, angle and the unit vector of the axis, zero for no turn, in W (7,).
+        way: displacement [m], angle [rad] and the unit vector of the axis, zero for no turn, in W
+            (7,).
         motion: where to write.
     """
     s, s_dot, s_ddot = smooth_step(time, duration)

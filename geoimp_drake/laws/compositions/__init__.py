@@ -1,1 +1,1 @@
-"""Laws in the order of the blocks, for one compiled call; they have no algebra of their own."""
+"""Compositions: each calls laws of other files in the order of the blocks, in one compiled call."""

@@ -1,8 +1,7 @@
 """Kinematics and dynamics of an arm in one call: (2.1), (2.2) and what follows from them.
 
-A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place
-of each entry.
-Floats only.
+A reading holds [q; v] in the order of the arm's plant. `order` (2n,) has the places in it of the
+joints' [q; v] from base to hand. Floats only.
 """
 
 from geoimp_drake.compilation.small_arrays import sized

@@ -1,10 +1,11 @@
 """The inner loop of one arm in one call: from its reading, a reference motion and the wrench to τ.
 
 The laws are those of the blocks, in the same order. They are kinematics and dynamics (2.1), (2.2),
-the tracking acceleration (2.9), (2.15), joint accelerations (2.5) or (3.32), and torques (2.3). A
-call from Python costs more than these laws, so they share one. Floats only.
+the tracking acceleration (2.9) and (2.10)-(2.15), joint accelerations (2.5) or (3.32), and torques
+(2.3). A call from Python costs more than these laws, so they share one. Floats only.
 
-A reading holds [q; v] in the order of the arm's plant; `order` (2n,) has the place of each entry.
+A reading holds [q; v] in the order of the arm's plant. `order` (2n,) has the places in it of the
+joints' [q; v] from base to hand.
 """
 
 from collections.abc import Callable
@@ -37,7 +38,8 @@ __all__ = ["BOUND", "DONE", "UNUSABLE", "arm_torque", "redundant_arm_torque"]
 
 _ZERO = np.zeros(6)
 
-# What a law returns: a signal is not finite, the torques are written, or a limit binds.
+# What a law returns: a signal cannot be used, the torques are written, or a limit binds. If one
+# binds, the torques are left to the quadratic program of `constrained_acceleration`.
 UNUSABLE, DONE, BOUND = 0, 1, 2
 
 

@@ -26,12 +26,13 @@ def chain_null_space(n: int) -> Callable[..., tuple[Array, Array, Array, float]]
     ) -> tuple[Array, Array, Array, float]:
         """Returns J†, α_n and e_n of (3.33), (3.38) and (3.37), and `null_space_decay_bound` for K.
 
+        The bound is zero if κ is not: a K_n = κB decays at the rate κ in every posture.
+
         Args:
             gains: K and κ of K_n = K + κB (n, n), and the gain k_β of the task function. Then a
                 constant W and its inverse (2, n, n), whether (3.36) W = B instead, σ₀ and λ₀ of
                 `damped_pseudo_inverse`.
-            found: quantities of the arm; those that depend on the velocity are lost, except Cq̇ and
-                Ḃ.
+            found: quantities of the arm; ṡ, İ and the forces of the links are overwritten.
             gradient: of the task function (n,).
             gradient_rate: its rate along the arm's motion (n,).
         """

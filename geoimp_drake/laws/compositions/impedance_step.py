@@ -12,7 +12,7 @@ __all__ = ["impedance_step"]
 
 @cache
 def impedance_step(angular_acceleration: Callable[..., Array]) -> Callable[..., bool]:
-    """Returns the law for a family of orientations, see `compliant_motion`."""
+    """Returns the law for an orientation family, given as for `compliant_motion`."""
     impedance = compilable(compliant_motion(angular_acceleration))
 
     def law(

@@ -19,7 +19,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["UNUSUAL", "impedance_tick"]
 
-# What a law returns that has changed nothing.
+# What the law returns if it leaves the tick to the laws called one by one.
 UNUSUAL = -1
 
 
@@ -30,7 +30,7 @@ def impedance_tick(
     """Returns the law.
 
     Args:
-        angular_acceleration: of a family of orientations, see `compliant_motion`.
+        angular_acceleration: of an orientation family, see `compliant_motion`.
         orientation_law: see `orientation_control.ORIENTATION_LAWS`.
     """
     follow = compilable(impedance_step(angular_acceleration))
@@ -50,7 +50,8 @@ def impedance_tick(
         """Advances by one tick; returns what `peak_effort` returns.
 
         It returns UNUSUAL if C has not started or is held back, a limit acts or begins to act, or a
-        signal cannot be used. Reading, state, D, last motion and peaks then stay as they were.
+        signal cannot be used. The reading, the state of C, D, C's last motion and the peaks then
+        stay as they were; torques and other results are overwritten.
 
         Args:
             sampling: the arguments of `next_reading` before the period; the last two are the same.
@@ -64,7 +65,7 @@ def impedance_tick(
             elapsed: time since the previous tick [s].
 
         Raises:
-            numpy.linalg.LinAlgError: J is exactly singular; nothing has changed then, either.
+            numpy.linalg.LinAlgError: J is exactly singular; the same stay as they were.
         """
         differenced, turns, reading, held, _ = sampling
         state, desired, h, translation, rotation, coupling, parts, C, rate = impedance
@@ -74,7 +75,7 @@ def impedance_tick(
         read, x = local(sized(held, 13)), local(sized(state, FRAME_STATE_SIZE))
         if not next_reading(differenced, turns, reading, held, read, elapsed):
             return UNUSUAL
-        # With the new wrench and the old D, as a simulator integrates.
+        # The step of C takes the new wrench and the D of its beginning, as in a simulator.
         if not follow(x, desired, h, translation, rotation, coupling, parts, C, rate):
             return UNUSUAL
         explicit_euler(x, rate, elapsed)

@@ -31,8 +31,8 @@ def limit_test(
         Fv: see there.
         g: see there.
         h: see there.
-        x: joint positions and velocities (2n,).
-        alpha: joint accelerations (n,).
+        x: joint positions and velocities (2n,) [rad, m; rad/s, m/s].
+        alpha: joint accelerations (n,) [rad/s², m/s²].
         limits: see `acceleration_box` (5, n).
         settings: see `constrained_acceleration`.
     """

@@ -1,4 +1,4 @@
-"""One step of a momentum observer in one call: dynamics (2.2), residual, and the wrench at E.
+"""One step of a momentum observer in one call, (2.2) and (R.3); and the wrench at E in another.
 
 Floats only.
 """
@@ -45,16 +45,16 @@ def momentum_observation(n: int) -> Callable[..., bool]:
 
         Args:
             arm: its constants.
-            found: memory for what is found of it.
-            order: of the reading (2n,).
+            found: memory for its quantities.
+            order: of the reading (2n,), see `serial_chain.chain_state`.
             actuation_order: which joint each actuator drives (n,).
             reading: at the end of the step (2n,) [rad, m; rad/s, m/s].
             torque: over the step, in the order of the actuators (n,) [Nm, N].
             gain: K [1/s].
             elapsed: of the step [s]; zero takes the reading alone, as at the start.
-            momentum: p at the beginning, then at the end (n,).
-            forces: Ḃq̇ − Cq̇ − Fq̇ − g at the beginning, then at the end (n,).
-            residual: r at the beginning, then at the end (n,) [Nm, N].
+            momentum: p at the beginning of the step; overwritten by that at its end (n,).
+            forces: Ḃq̇ − Cq̇ − Fq̇ − g, likewise (n,) [Nm, N].
+            residual: r, likewise; it stays if `elapsed` is zero (n,) [Nm, N].
         """
         q, velocity = chain_state(order, reading, found)
         if not is_finite(found.x) or not is_finite(torque):
@@ -91,8 +91,8 @@ def external_wrench(
 
     Args:
         arm: its constants.
-        found: memory for what is found of it.
-        order: of the reading (2n,).
+        found: memory for its quantities.
+        order: of the reading (2n,), see `serial_chain.chain_state`.
         reading: [q; v] (2n,).
         external: τ_ext (n,) [Nm, N].
         h: where to write (6,).

@@ -104,7 +104,7 @@ def object_control(family_law: Callable[..., Array]) -> Callable[..., bool]:
                 the measured poses. Afterwards the state of the motions written, with unit
                 quaternions.
             pose: ¹Q_21 and ᵒΔp_21 of the grasp (7,).
-            reference: motion whose inertial load is removed (19,), zeros for the weight alone.
+            reference: motion whose inertial load is removed (19,); with zeros only the weight is.
             motions: where to write the motions (6, 19).
             wrenches: where to write what `held_object_wrenches` returns (3, 6).
             rates: where to write the derivative of the state (26,).

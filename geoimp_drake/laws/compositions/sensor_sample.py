@@ -39,11 +39,12 @@ def sensor_sample(
 
     Args:
         X_WT: pose of the tool in W, [R p] (3, 4).
-        raw: [moment; force] on the sensor about So with its errors, in S (6,).
+        raw: [moment; force] by the arm on the sensor and its tool, about So, in S, with the
+            sensor's errors (6,).
         motion: of a point of the tool (19,); with zero rates only the weight is removed.
         gain: of the filter; 1 takes the sample as it is.
         resolution: quantisation steps (6,), zero for none.
-        limits: of the range (6,).
+        limits: half-width of the range, ±limits (6,).
         X_TS: pose of the sensor in T, [R p] (3, 4).
         p_TE: E's origin in T (3,) [m].
         mass: of the tool [kg].

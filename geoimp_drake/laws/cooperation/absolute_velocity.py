@@ -23,8 +23,8 @@ def absolute_velocity(V_W1: Array, V_W2: Array) -> Array:
 def moved_velocity(V_Wk: Array, p_kO: Array) -> Array:
     """Returns the velocity (6,) of hand k as that of a body's point at O: v_k + ω_k × (p_o − p_k).
 
-    The mean of this velocity over both hands is dual to the object wrench of the full grasp matrix,
-    as (4.5) is to (4.6). For a rigid grasp it agrees with (4.5).
+    Its mean over both hands is dual to the wrench with lever arms, as (4.5) is to (4.6) as printed;
+    see `object_wrench`. For a rigid grasp the mean agrees with (4.5).
 
     Args:
         V_Wk: velocity of hand k (6,), [angular; linear], in W [rad/s, m/s].

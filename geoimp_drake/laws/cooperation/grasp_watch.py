@@ -1,4 +1,4 @@
-"""Detects from a hand's wrench that its grasp has opened."""
+"""Detects from a hand's wrench that its grasp has opened; floats only."""
 
 import math
 
@@ -38,10 +38,11 @@ def watch_grasps(
     times: Array,
     opened: Array,
 ) -> bool:
-    """Writes how long each hand has been empty and whether its grasp has opened; floats only.
+    """Writes how long each hand has been empty and whether its grasp has opened.
 
-    A grasp has opened if the size of its wrench fell from `loaded` to below 1 within the fall time.
-    It must then have stayed below 1 for the dwell. Returns False if a wrench is not finite.
+    A grasp has opened if its `wrench_size` fell from `loaded` to below 1 within the fall time. It
+    must since have stayed below 1 for the dwell. Returns False, without writing, if a wrench is not
+    finite.
 
     Args:
         h_1: wrench of the first hand (6,) [Nm, N].
@@ -60,7 +61,7 @@ def watch_grasps(
         since_loaded = 0.0 if size >= thresholds[2] else before[k] + period
         empty = 0.0 if size >= 1.0 else before[2 + k] + period
         times[k], times[2 + k] = since_loaded, empty
-        # From the first empty sample on; half a period more or less is rounding.
+        # The hand is empty from the first empty sample on; half a period allows for rounding.
         held_empty = empty - period
         fell = since_loaded - held_empty < limits[0] + 0.5 * period
         opened[k] = 1.0 if fell and held_empty > limits[1] - 0.5 * period else 0.0

@@ -35,12 +35,12 @@ def half_rotation(Q: Array) -> Array:
 def half_rotation_motion(Q: Array, w: Array, dw: Array) -> tuple[Array, Array, Array]:
     """(4.12) The half rotation H of a moving Q, its angular velocity and acceleration.
 
-    With n = ‖Q + 1‖ and Q + 1 = nH, so n² = 2(1 + η), the derivatives of H follow from those of Q.
+    The derivatives of H follow from those of Q by Q + 1 = nH, with n = ‖Q + 1‖, n² = 2(1 + η).
 
     Args:
         Q: unit quaternion (4,).
-        w: its angular velocity (3,), in the frame in which Q is given [rad/s].
-        dw: the derivative of `w` (3,) [rad/s²].
+        w: its angular velocity (3,), in the frame that Q turns, 1 for ¹Q_21 [rad/s].
+        dw: the derivative of these components (3,) [rad/s²].
 
     Returns:
         H (4,), ω (3,) and ω̇ (3,) of H, in the same frame.
@@ -52,7 +52,7 @@ def half_rotation_motion(Q: Array, w: Array, dw: Array) -> tuple[Array, Array, A
     Q_ddot = rate(Q, dw) + rate(Q_dot, w)
     n_dot = Q_dot[0] / n
     H_dot = (Q_dot - n_dot * H) / n
-    # Without a multiple of H, which adds nothing to ω̇.
+    # A further term, a multiple of H, is left out: it adds nothing to ω̇.
     H_ddot = (Q_ddot - 2.0 * n_dot * H_dot) / n
     return H, _vector(H_dot, H), _vector(H_ddot, H)
 

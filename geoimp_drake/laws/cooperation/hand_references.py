@@ -1,6 +1,6 @@
 """The references (4.10)-(4.15) of both hands in one call, as frame motions (19,); floats only.
 
-C is the motion of the compliant object. The order of a frame motion is that of `motion_vector`.
+C is the motion of the compliant object. The order of a frame motion is that of `laws.frame_motion`.
 """
 
 from geoimp_drake.compilation.compiled import compilable
@@ -44,8 +44,8 @@ def rigid_references(C: Array, pose: Array, hands: Array) -> None:
     """Writes the motions of both hands (2, 19) for a mutual pose that is constant in C.
 
     Args:
-        C: motion of the object (19,).
-        pose: ¹Q_r21 and ᶜΔp_r21 (7,).
+        C: motion of the object (19,), in W.
+        pose: ¹Q_r21 and ᶜΔp_r21 [m] (7,).
         hands: where to write.
     """
     C, pose = sized(C, FRAME_MOTION_SIZE), sized(pose, POSE_SIZE)
@@ -69,7 +69,7 @@ def moving_references(C: Array, mutual: Array, hands: Array) -> None:
     """Writes the motions of both hands (2, 19) for a mutual pose that moves.
 
     Args:
-        C: motion of the object (19,).
+        C: motion of the object (19,), in W.
         mutual: ¹Q_r21, ᶜΔp_r21 and the velocities and accelerations of both (19,), as
             `moving_mutual_pose` has them.
         hands: where to write.

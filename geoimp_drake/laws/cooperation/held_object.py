@@ -90,8 +90,8 @@ def held_object_wrenches(
         p_OG_O: its centre of mass G (3,), in O [m].
         I_G_O: its rotational inertia about G (3, 3), in O [kg m²].
         gravity: g (3,), in W [m/s²].
-        reference: motion whose velocity and acceleration the object's load has (19,); zeros leave
-            the weight alone.
+        reference: motion with which the object's inertial load is computed (19,); with zeros only
+            the weight is removed.
         wrenches: where to write.
     """
     h_1, h_2, R = sized(h_1, 6), sized(h_2, 6), sized(reference, FRAME_MOTION_SIZE)

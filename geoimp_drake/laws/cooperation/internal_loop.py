@@ -21,7 +21,8 @@ from geoimp_drake.typing import Array
 
 __all__ = ["growth_rate", "least_damping", "least_mass", "relative_inertia"]
 
-# The apparent inertia may double on the way, and light hands have half of their range left.
+# Heavy hands stay within half of their range even if the apparent inertia doubles during the task.
+# Light hands have half of theirs left.
 _MARGIN = 2.0
 # Damping ratio of the mutual motion in free air, and the largest D T/M that follows from it alone.
 _RATIO, _LARGEST_DECAY = np.sqrt(2.0), 0.5
@@ -44,7 +45,10 @@ def relative_inertia(J_1: Array, B_1: Array, J_2: Array, B_2: Array) -> Array:
 
 
 def least_mass(inertia: float, stiffness: float, K_D: float, period: float) -> float:
-    """Returns M that leaves half of the range of heavy hands, and for which D T/M ≤ 0.5 is enough.
+    """Returns the least M for heavy hands, with a margin, and for D T/M ≤ 0.5.
+
+    The margin is for Λ(1 + K_D T), since a sample of Δẍ also changes Δẋ. The D of the second
+    condition is 2√2 √(KM), the least that `least_damping` returns.
 
     Args:
         inertia: largest apparent inertia λ_max(Λ) [kg or kg m²].
@@ -57,7 +61,7 @@ def least_mass(inertia: float, stiffness: float, K_D: float, period: float) -> f
 
 
 def least_damping(mass: float, stiffness: float, K_P: float, K_D: float) -> float:
-    """Returns D that holds hands of any weight with a margin, and is at least 2√2 √(KM).
+    """Returns D with which light hands of any weight are stable for 2M, and at least 2√2 √(KM).
 
     Args:
         mass: M [kg or kg m²].
@@ -75,7 +79,7 @@ def growth_rate(inertia: Array, gains: Array, motion: Array, period: float) -> f
     Args:
         inertia: Λ (n, n).
         gains: M, D and K of the internal impedance (3, n, n).
-        motion: K_P and K_D of the motion loops (2, n).
+        motion: the diagonals of K_P and K_D of the motion loops (2, n).
         period: T [s].
     """
     M, D, K = gains

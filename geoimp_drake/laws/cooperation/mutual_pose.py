@@ -37,7 +37,7 @@ def mutual_rotation(R_W1: Array, R_W2: Array) -> Array:
 
 @compilable
 def mutual_orientation(Q_W1: Array, Q_W2: Array, nearby: Array) -> Array:
-    """(4.8) ¹Q_21 = Q_1⁻¹ * Q_2 (4,), with ϑ_21 in (0, 2π).
+    """(4.8) ¹Q_21 = Q_1⁻¹ * Q_2 (4,), with the sign nearest to a given one: ϑ_21 in [0, 2π).
 
     Args:
         Q_W1: orientation of the first hand (4,).
@@ -51,8 +51,8 @@ def mutual_orientation(Q_W1: Array, Q_W2: Array, nearby: Array) -> Array:
 def mutual_orientation_at_start(Q_W1: Array, Q_W2: Array) -> Array:
     """(4.8) ¹Q_21 = Q_1⁻¹ * Q_2 (4,), with the sign that is kept from then on.
 
-    ϑ_21 ≤ π, except for hands that nearly face each other (ϑ_21 > 168°). There the largest entry of
-    the axis is positive, so that noise does not choose between ϑ_21 and 2π − ϑ_21.
+    ϑ_21 ≤ π, except for hands that nearly face each other (ϑ_21 > 168°). There the axis' entry of
+    largest magnitude is positive, so that noise does not choose between ϑ_21 and 2π − ϑ_21.
     """
     Q_12 = product(conjugate(Q_W1), Q_W2)
     clear = abs(Q_12[0]) >= _UNCLEAR_ETA

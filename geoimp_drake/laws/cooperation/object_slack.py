@@ -1,4 +1,4 @@
-"""What two hands leave undone, as accelerations of their object and of their mutual pose."""
+"""What the limits of two arms leave undone, as accelerations of object and mutual pose."""
 
 from geoimp_drake.compilation.compiled import compilable
 from geoimp_drake.compilation.small_arrays import sized
@@ -21,7 +21,8 @@ def object_slack(
 ) -> None:
     """Writes the slacks of C and of the mutual pose (2, 6): (4.5) and (4.9) of accelerations.
 
-    Both together move the references of the hands by the hands' own slacks. Floats only.
+    A slack is what an arm's limits leave undone of its hand's acceleration, see `held_back`. With
+    both rows, the references of the hands accelerate by the hands' own slacks. Floats only.
 
     Args:
         Q_W1: orientation of the first hand (4,).

@@ -76,7 +76,8 @@ def solution(A: Array, b: Array) -> Array:
 def inverse(A: Array) -> Array:
     """Returns A⁻¹ (n, n) of a symmetric positive definite matrix.
 
-    Its diagonal serves as pivots, whatever the units of its rows, such as metres and radians.
+    The elimination takes its pivots from the diagonal in order. So the units of the rows, such as
+    metres and radians, have no influence.
 
     Args:
         A: symmetric positive definite (n, n).

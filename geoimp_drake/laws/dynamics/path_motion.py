@@ -63,8 +63,8 @@ def motion_along(path: Array, q: Array, v: Array, dv: Array, motion: Array) -> N
     Args:
         path: the joints on the way (n + 1, 18).
         q: at least all positions [rad, m].
-        v: all velocities [rad/s, m/s].
-        dv: all accelerations [rad/s², m/s²].
+        v: at least all velocities [rad/s, m/s].
+        dv: at least all accelerations [rad/s², m/s²].
         motion: where to write.
     """
     zero = sized(_ZERO, 3)
@@ -95,7 +95,7 @@ def motion_along(path: Array, q: Array, v: Array, dv: Array, motion: Array) -> N
 
 @compilable
 def _moved(R: Array, p: Array, joint: Array, q: float) -> tuple[Array, Array]:
-    """Returns where F, at R and p, is after its joint has moved."""
+    """Returns R and p of the frame that a joint moves by q from F, at the given R and p."""
     axis = sized(joint[_AXIS], 3)
     if joint[_TURNS] > 0.0:
         return R @ rotation_about(axis, q), p

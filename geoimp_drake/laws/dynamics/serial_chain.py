@@ -107,7 +107,7 @@ def chain_state(order: Array, reading: Array, found: ChainValues) -> tuple[Array
     """Writes [q; q̇], and returns q and q̇ (n,).
 
     Args:
-        order: of the reading (2n,): the place of each entry of [q; q̇].
+        order: the places in the reading of the joints' [q; q̇] from base to hand (2n,).
         reading: at least (2n,) [rad, m; rad/s, m/s].
         found: where to write.
     """
@@ -220,7 +220,7 @@ def chain_coriolis(v: Array, found: ChainValues, felt: Array) -> None:
 
 @compilable
 def _inertia(mass: float, c: Array, I_c: Array) -> Array:
-    """Returns the ten numbers (10,) of a link: its centre of mass and inertia about that, in W."""
+    """Returns the ten numbers (10,) of a link with centre of mass c and inertia I_c there, in W."""
     x, y, z = xyz(c)
     (xx, xy, _), (_, yy, yz), (zx, _, zz) = rows(I_c)
     return vector(

@@ -55,7 +55,7 @@ def frame_state_rate(motion: Array, state_rate: Array) -> None:
 
 @cache
 def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[..., bool]:
-    """Returns the law of the six-DOF impedance for a family of orientations.
+    """Returns the law of the six-DOF impedance for an orientation family.
 
     Args:
         angular_acceleration: the family's law, solved for ω̇_c; see
@@ -78,12 +78,12 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
             state: of C, a frame motion without its accelerations (13,).
             desired: motion of D (19,).
             wrench: h = [μ; f] by the end effector on the environment, about Eo, in W (6,).
-            translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W or in D; with a coupling, K_p is in D.
-            rotation: M_o⁻¹, D_o and K_o (3, 3, 3).
+            translation: M_p⁻¹, D_p and K_p (3, 3, 3), in W or in D; with K_c, K_p is in D.
+            rotation: M_o⁻¹, D_o and K_o (3, 3, 3), in C or in the family's coordinates.
             coupling: K_c, in D [N], and D_c, its rows in C and its columns in the axes of D_p [Ns]
                 (2, 3, 3).
             parts: whether translation, rotation and K_c take part, whether `translation` is in D,
-                and whether D_c takes part (5,); what has no impedance follows D.
+                and whether D_c takes part (5,); a part without impedance follows D.
             motion: of C (19,), where to write.
         """
         if not is_frame_motion(desired) or has_diverged(wrench) or has_diverged(state):
@@ -93,7 +93,7 @@ def compliant_motion(angular_acceleration: Callable[..., Array]) -> Callable[...
             sized(state, FRAME_STATE_SIZE),
             sized(wrench, 6),
         )
-        motion[:FRAME_MOTION_SIZE] = D  # which what has no impedance follows
+        motion[:FRAME_MOTION_SIZE] = D  # a part without impedance follows D
         Q_WD, Q_WC, dp = D[QUATERNION], normalized(C[QUATERNION]), D[POSITION] - C[POSITION]
         moment, force = h[:3], h[3:]
         M_inv, D_p, K_p = (

@@ -8,7 +8,7 @@ __all__ = ["coupled_power", "without_damping"]
 
 @compilable
 def coupled_power(w_CD_C: Array, dv_dc: Array, D_c: Array) -> float:
-    """(3.21 coupled) Δᶜωᵀ D_c Δṗ [W], by which each part dissipates more; Δṗ in the axes of D_p."""
+    """(3.21 coupled) Δᶜωᵀ D_c Δṗ [W], which each part dissipates in addition; Δṗ in D_p's axes."""
     return w_CD_C @ (D_c @ dv_dc)
 
 

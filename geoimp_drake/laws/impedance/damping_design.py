@@ -63,7 +63,7 @@ def mass_for_frequency(K: Array, W: Array) -> Array:
 
     Args:
         K: stiffness (n, n), symmetric positive definite [N/m or Nm/rad].
-        W: frequencies (n, n), symmetric positive definite [rad/s].
+        W: frequencies (n, n), symmetric positive definite [rad/s]; neither is checked.
     """
     root = np.linalg.solve(W, _root(K))
     return root.T @ root
@@ -78,7 +78,10 @@ def damping_of_design(M: Array, K: Array, Z: Array) -> Array:
     Args:
         M: mass (n, n), symmetric positive definite [kg or kg m²].
         K: stiffness (n, n), of the environment included [N/m or Nm/rad].
-        Z: damping ratios (n, n), symmetric positive definite.
+        Z: damping ratios (n, n), symmetric positive definite; not checked.
+
+    Raises:
+        ConfigurationError: M or K is not symmetric positive definite, or not of the same size.
     """
     root = _root(damping_for_ratio(M, K, 1.0))
     D = root @ Z @ root

@@ -58,7 +58,7 @@ class ClassicalEulerImpedance(_EulerImpedance):
         return euler.condition_number(_angles(Q_WC))
 
     def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:
-        """Raises SingularityError where the pitch of D or of C is at ±π/2."""
+        """Raises SingularityError where |cos pitch| of D or of C is below 1e-3."""
         euler.check_regular(_angles(Q_WD), "classical-euler, attitude of D in W")
         euler.check_regular(_angles(Q_WC), "classical-euler, attitude of C in W")
 
@@ -88,7 +88,7 @@ class AlternativeEulerImpedance(_EulerImpedance):
         return euler.condition_number(self.displacement(Q_WD, Q_WC))
 
     def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:
-        """Raises SingularityError where the pitch of ᶜR_d is at ±π/2."""
+        """Raises SingularityError where |cos pitch| of ᶜR_d is below 1e-3."""
         euler.check_regular(
             self.displacement(Q_WD, Q_WC), "alternative-euler, attitude of D seen from C"
         )

@@ -102,5 +102,5 @@ class AngleAxisImpedance(_GeometricImpedance):
         return angle_axis_impedance.potential_energy(o, self.K_o, self.psi)
 
     def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:
-        """Raises OutOfDomainError at ϑ_M."""
+        """Raises OutOfDomainError where ϑ_dc has reached ϑ_M, within its tolerance."""
         angle_axis.check_domain(self.row, relative(Q_WC, Q_WD))

@@ -2,10 +2,10 @@
 
     Λ(q)Δv̇ + D(q)Δv + K(Δ) = h,    Λ⁻¹ = J B⁻¹ Jᵀ,    Δ = "D minus E"
 
-needs no h: without Jᵀh in (2.3) a wrench accelerates the arm by Λ⁻¹h, as it must. K(Δ) is the
-elastic wrench of an orientation family and of (3.1). D gives every mode of Λ and K the damping
-ratio ζ, as `damping_design.damping_for_ratio` does. With K₀ = LLᵀ, the stiffness where E equals D,
-and S = LᵀΛ⁻¹L, whose eigenvalues are the squares of the modes' frequencies,
+needs no h: without Jᵀh in (2.3) the wrench accelerates E by −Λ⁻¹h, as it must. K(Δ) is the elastic
+wrench of an orientation family and of (3.1). D gives every mode of Λ and K the damping ratio ζ, as
+`damping_design.damping_for_ratio` does. With K₀ = LLᵀ, the stiffness where E equals D, and
+S = LᵀΛ⁻¹L, whose eigenvalues are the squares of the modes' frequencies,
 
     Λ⁻¹D = 2ζ L⁻ᵀ S^½ Lᵀ.
 
@@ -43,7 +43,7 @@ _NONE = np.zeros(3)
 
 @compilable
 def mobility(J: Array, B: Array) -> Array:
-    """(3.34) Λ⁻¹ = J B⁻¹ Jᵀ (6, 6), the acceleration of E that a wrench at E causes.
+    """(3.34) Λ⁻¹ = J B⁻¹ Jᵀ (6, 6), from a wrench on E to the acceleration of E that it causes.
 
     Args:
         J: Jacobian of the end effector (6, n), its rows [angular; linear], in W.
@@ -106,10 +106,10 @@ def natural_motion(
             coupling: K_c (3, 3), in D [N].
             couples: whether the coupling takes part.
             in_desired: whether K_p is in D.
-            factor: lower triangle of the stiffness where E equals D (6, 6), in the axes of the
-                gains, see `coupled_stiffness.stiffness_matrix`.
+            factor: lower Cholesky factor of the stiffness where E equals D (6, 6), in the axes of
+                the gains, see `coupled_stiffness.stiffness_matrix`.
             zeta: ζ of every mode.
-            motion: of C (19,), where to write.
+            motion: of E, which takes the place of C, with that acceleration (19,); where to write.
             damping: Λ⁻¹DΔv (6,), where to write.
         """
         if not is_frame_motion(desired) or has_diverged(state):

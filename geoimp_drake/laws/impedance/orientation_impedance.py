@@ -23,7 +23,7 @@ class OrientationImpedance(ABC):
 
     Every method takes the state common to all families, in W. Orientations `Q_WD`, `Q_WC` are unit
     quaternions (4,), and `w_WD`, `w_WC` are angular velocities (3,) [rad/s]. `mu_W` is the moment
-    (3,) [Nm] by the end effector on the environment. Only the parameters are stored.
+    (3,) [Nm] by the end effector on the environment. An object has parameters and no state.
 
     Attributes:
         name: the family's name in scenarios.
@@ -111,7 +111,7 @@ class OrientationImpedance(ABC):
 
     @abstractmethod
     def conditioning(self, Q_WD: Array, Q_WC: Array) -> float:
-        """cond(T) of the Euler families, 1 for the others: the loss near a singularity."""
+        """cond(T) of the Euler families, which grows near a singularity; 1 for the others."""
 
     @abstractmethod
     def check_domain(self, Q_WD: Array, Q_WC: Array) -> None:

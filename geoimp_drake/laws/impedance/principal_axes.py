@@ -7,7 +7,7 @@ from geoimp_drake.typing import Array
 
 __all__ = ["principal_axes", "stiffness_from_principal_axes"]
 
-# Axes are written with three or four digits; what that leaves of UᵀU − I is removed.
+# The largest entry of UᵀU − I for axes that are written with three or four digits.
 ORTHONORMALITY_TOLERANCE = 2e-3
 
 

@@ -12,7 +12,7 @@ __all__ = ["acceleration_box", "limits_bind"]
 def _viable_speed(distance: float, deceleration: float, horizon: float) -> float:
     """Returns the largest speed toward a stop from which a joint can brake; negative behind it.
 
-    (L.2) v ≤ √(2 v̇ |d|), and |d|/T close to the stop, where the root would be steep.
+    (L.2) v ≤ min(√(2 v̇ |d|), |d|/T): close to the stop the root would be steep.
     """
     speed = abs(distance) / horizon
     if np.isfinite(deceleration):
@@ -45,7 +45,7 @@ def acceleration_box(
 
     Args:
         q: joint positions (n,) [rad, m].
-        v: joint velocities (n,).
+        v: joint velocities (n,) [rad/s, m/s].
         B: joint inertia (n, n).
         limits: lower and upper positions, lower and upper velocities, efforts (5, n).
         settings: begin with the horizon T [s] and the share of the effort for braking.

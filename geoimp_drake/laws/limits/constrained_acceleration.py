@@ -27,7 +27,7 @@ def constrained_acceleration(
     With J = UΣVᵀ, λᵢ² = λ₀²(1 − σᵢ²/σ₀²) for each σᵢ < σ₀ and zero for the others, and wᵢ = uᵢᵀWuᵢ.
     So the damping acts only along the nearly lost directions vᵢ, where the joints come to rest.
     With W the mass matrix of the impedance, the limits act on the task like an ideal constraint
-    wrench (Gauss). So free directions keep their law.
+    wrench, by Gauss's principle. So free directions keep their law.
 
     Args:
         J: Jacobian of the end effector (6, n).
@@ -38,7 +38,8 @@ def constrained_acceleration(
         alpha_0: the acceleration without limits, whose null-space motion is kept (n,).
         W: weight of the task, symmetric positive definite (6, 6).
         limits: see `acceleration_box` (5, n).
-        settings: T, the share for braking, σ₀, λ₀, k [1/s] and ρ [1/kg].
+        settings: T [s], the share of the effort for braking, σ₀, λ₀, k [1/s] and ρ (6,). With a
+            mass matrix W, ρ has no unit.
 
     Returns:
         H (n, n) and f (n,) of ½αᵀHα + fᵀα, and lower and upper bounds (2n,) of α and of Bα.

@@ -15,11 +15,12 @@ def held_back(
     s = Jα + J̇q̇ − a is what the limits leave undone. The error E − C then obeys the motion loop's
     law as if there were no limits: nothing winds up. Ms is a wrench on C. The energy that it takes
     from C goes into a tank, and so does what the impedance's own damping dissipates. The energy
-    that it gives to C comes out of the tank. While the tank is empty, s loses its part along V_c.
+    that it gives to C comes out of the tank. If the tank holds too little for a step, s loses its
+    part along V_c, which does the work. Floats only.
 
     Args:
-        slack: s, [angular; linear] (6,) [rad/s², m/s²].
-        velocity: V_c (6,).
+        slack: s, [angular; linear] (6,), in W [rad/s², m/s²].
+        velocity: V_c (6,), in W [rad/s, m/s].
         M: mass matrix of the impedance, in W (6, 6).
         gained: power P_D that damping dissipates [W].
         tank: energy in it [J].

@@ -17,16 +17,16 @@ def safe_speed(
 
     The first term is the force of the damper by which D, still moving, pulls C, which the body has
     stopped. The second is the force of a mass of that speed on a spring. Where the wrist yields
-    sideways, m_eff is small, but the controller gives the arm the mass M: the larger one counts. In
-    a direction in which the arm cannot move, there is no such speed.
+    sideways, m_eff is small, but the controller gives the arm the mass M: the larger one counts.
+    The speed is zero in a direction in which the arm cannot move.
 
     Args:
         direction: n, unit (3,), in W.
         force: F [N].
         stiffness: k of the contact [N/m].
-        mobility: translational part of Λ⁻¹ = J B⁻¹ Jᵀ (3, 3), in W.
-        M_p: mass of the impedance (3, 3), in W.
-        D_p: its damping (3, 3), in W.
+        mobility: translational part of Λ⁻¹ = J B⁻¹ Jᵀ (3, 3), in W [1/kg].
+        M_p: M, mass of the impedance (3, 3), in W [kg].
+        D_p: D, its damping (3, 3), in W [Ns/m].
     """
     n = sized(direction, 3)
     gives = n @ (sized(mobility, 3, 3) @ n)

@@ -1,8 +1,8 @@
 """Known friction, fed forward along the desired motion.
 
 H. Olsson et al., "Friction models and friction compensation", European Journal of Control (1998).
-The velocity is that of the reference, since the velocity of a sticking arm says nothing. The sign
-is smooth. Floats only.
+The velocity is that of the reference, since an arm that sticks has none. The sign of the velocity
+is smoothed. Floats only.
 """
 
 import numpy as np

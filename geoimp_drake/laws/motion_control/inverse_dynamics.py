@@ -44,8 +44,8 @@ def actuation(
 ) -> bool:
     """Writes τ of `inverse_dynamics` into u (n,) in the order of the actuators.
 
-    Returns False if α or h is not finite. `order` has the joint of each actuator (n,).
-    Floats only.
+    Returns False, without writing, if a torque is not finite, as with an α or h that is not.
+    `order` has the joint of each actuator (n,). Floats only.
     """
     tau = local(inverse_dynamics(B, alpha, Cv, Fv, g, J, h))
     if not is_finite(tau):
@@ -59,7 +59,8 @@ def actuation(
 def peak_effort(u: Array, limits: Array, peak: Array) -> int:
     """Updates the largest |u|/limit so far (n,); returns which have just passed their limits.
 
-    The result is a number with bit k for actuator k: nearly always zero, and no array.
+    The result is a number whose bit k stands for actuator k. It is nearly always zero, and cheaper
+    than an array.
     """
     passed = 0
     for k in range(len(u)):

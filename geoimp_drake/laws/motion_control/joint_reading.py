@@ -17,8 +17,8 @@ def next_reading(
 ) -> bool:
     """Writes the reading that is held until the next sample; returns False if it is not finite.
 
-    A revolute joint moves by less than half a turn between two samples. Where its reading jumps by
-    whole turns, as a resolver's does at ±π, these are removed.
+    A revolute joint must move by less than half a turn between two samples. Where its reading jumps
+    by whole turns, as a resolver's does at ±π, these are removed.
 
     At the first instant the time since the held reading is unknown, so the measured velocity is
     kept. A plant with sampled output ports has then made one of its own steps, another plant none.
@@ -28,7 +28,7 @@ def next_reading(
         differenced: whether v is (q − q_before)/period.
         turns: 1 for each revolute joint, 0 for a prismatic one (n,).
         state: [q; v] (2n,).
-        held: the previous reading and, last, the number of readings so far: none, one, or more
+        held: the previous reading and, last, the number of readings so far: 0, 1, or 2 for more
             (2n + 1,). It may be `after` itself.
         after: where to write (2n + 1,).
         period: between samples [s].

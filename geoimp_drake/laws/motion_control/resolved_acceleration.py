@@ -34,10 +34,10 @@ def check_regular(J: Array, smallest: float = 1e-6) -> None:
 
     Args:
         J: Jacobian of the end effector (6, n) with n ≥ 6.
-        smallest: the least singular value that is accepted.
+        smallest: the bound on its smallest singular value, in rad and m.
 
     Raises:
-        SingularityError: the smallest singular value of J is below `smallest`.
+        SingularityError: the smallest singular value of J is not above `smallest`.
     """
     sigma = float(np.linalg.svd(J, compute_uv=False)[-1])
     if not sigma > smallest:

@@ -11,6 +11,7 @@ def alternating_work(h: Array, z: Array, means: Array, share: float) -> float:
     Pressing and moving slowly also does work, which is no ringing: therefore h̄ and z̄, which
     follow h and z with a lag, are subtracted. The wrench must be that of the step in which the end
     effector moved by z. The sign is wrong once the wrench lags by a quarter of an oscillation.
+    Floats only.
 
     Args:
         h: wrench by the end effector on the environment in the step (6,) [Nm, N].

@@ -14,12 +14,12 @@ from geoimp_drake.typing import Array
 
 __all__ = ["LOADS", "NormalLoop", "along", "contact_rollout"]
 
-# What removes the tool's inertial load from a reading, by number.
+# Whose motion removes the tool's inertial load from a reading; a loop has the index.
 LOADS = ("none", "plant", "reference")
 
 
 class NormalLoop(NamedTuple):
-    """A `SampledLoop` along one direction; its attributes are there."""
+    """A `SampledLoop` along one direction, with the attributes of the same names."""
 
     mobility: float  # Λ⁻¹ [1/kg]
     tool: float  # M_t [kg]
@@ -32,7 +32,7 @@ class NormalLoop(NamedTuple):
     environment_damping: float  # D_e [Ns/m]
     step: float  # [s]
     filter_gain: float
-    load: int  # of LOADS
+    load: int  # index into LOADS
     is_direct: bool
     read_every: int
     sense_every: int
@@ -67,7 +67,7 @@ def contact_rollout(loop: NormalLoop, desired: Array, force: Array) -> None:
     """Writes the force on the wall after each step of the plant.
 
     The hand starts at D, moving with it. As in Drake's plants, the wall acts only once touched,
-    with the force at the end of a step, f = max(0, K_e x + D_e v).
+    with the force at the end of a step, f = max(0, K_e x + D_e v). The wall's face is at x = 0.
 
     Args:
         loop: along the normal.

@@ -27,7 +27,7 @@ class Mode:
 
 
 def modes_of(poles: Array) -> list[Mode]:
-    """Returns the modes of poles (n,), slowest first; a conjugate pair is one mode."""
+    """Returns the modes of poles (n,), the least stable first; a conjugate pair is one mode."""
     poles = np.asarray(poles, dtype=complex)
     kept = [s for s in poles if s.imag >= -_REAL * abs(s)]
     return [

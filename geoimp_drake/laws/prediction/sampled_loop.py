@@ -12,7 +12,7 @@ on stiff walls. `acts_within` stands for a wall that acts all through the step. 
 the step are poles s = ln(z)/T.
 
 A reading that still contains the tool's inertial load gives the controller M_t a of the last step.
-As (2.3) adds J^T h to the torques, the hand in free space accelerates by an additional Λ⁻¹ M_t a.
+As (2.3) adds Jᵀh to the torques, the hand in free space accelerates by an additional Λ⁻¹ M_t a.
 The impedance takes the same reading for a contact and accelerates C by −M⁻¹ M_t a. So this step's
 acceleration contains that of the last step,
 
@@ -47,7 +47,7 @@ class SampledLoop:
     K_D: Array  # of the inner loop
     K_P: Array
     step: float  # of plant and impedance [s]
-    load: str = "none"  # of the tool, removed by the motion of: plant, reference; or none
+    load: str = "none"  # whose motion removes the tool's load: plant, reference, or none
     is_direct: bool = False  # whether C is E as read, without an inner loop
     environment: Array = field(default_factory=lambda: np.zeros((6, 6)))  # K_e
     environment_damping: Array = field(default_factory=lambda: np.zeros((6, 6)))  # D_e

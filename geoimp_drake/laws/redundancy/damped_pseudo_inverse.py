@@ -29,8 +29,8 @@ class SingularityDamping:
     Singular values are those of the Jacobian as it stands, rotations in rad and lengths in m.
     """
 
-    threshold: float = 0.01  # σ₀: nothing at all happens while every singular value is above it
-    factor: float = 0.01  # λ₀: at a singularity, 1/σ never exceeds 1/(2λ₀) or 1/σ₀
+    threshold: float = 0.01  # σ₀: nothing at all happens while no singular value is below it
+    factor: float = 0.01  # λ₀: what replaces 1/σ is at most the larger of 1/σ₀ and 1/(√2 λ₀)
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -11,11 +11,11 @@ __all__ = ["kept_posture"]
 
 @compilable
 def kept_posture(inertia: Array, start: Array, x: Array, gradients: Array) -> tuple[float, float]:
-    """Returns w and ẇ; writes the gradient of w and its rate. NaN if the arm's state is not finite.
+    """Returns w and ẇ; writes the gradient of w and its rate.
 
         w = ½ (q − q_0)ᵀ B(q_0) (q − q_0)
 
-    Floats only.
+    All are NaN if the arm's state or q_0 is not finite. Floats only.
 
     Args:
         inertia: B(q_0) (n, n).

@@ -14,8 +14,8 @@ def null_space_acceleration(
 ) -> Array:
     """Returns (3.38) α_n = (I − J†J)(β̇ − J̇†J(β − q̇) + B⁻¹(K_n e_n + C e_n)) (n,).
 
-    With W = B the error energy V = ½ e_nᵀBe_n then obeys V̇ = −e_nᵀK_n e_n. The scan of the
-    chapter is garbled here; this form is derived from that equation.
+    With W = B the error energy V = ½ e_nᵀBe_n then obeys V̇ = −e_nᵀK_n e_n. The chapter's scan is
+    illegible at (3.38); this form is derived from the equation of V̇.
 
     Args:
         N: null-space projector I − J†J (n, n).

@@ -43,6 +43,8 @@ def null_space_decay(N: Array, B_inverse: Array, K: Array) -> Array:
 def null_space_decay_bound(N: Array, B_inverse: Array, K: Array) -> float:
     """Returns the trace of `null_space_decay` for (3.38) [1/s]; the arguments are the same.
 
-    No rate of decay is negative, so none is above their sum, which is the rate of seven joints.
+    With W = B, or with multiples of the unit matrix for W and K, no rate of decay is negative. So
+    none is above their sum, which with seven joints is the only rate. Other pairs of W and K may
+    have negative rates.
     """
     return np.trace(local(null_space_decay(N, B_inverse, K)))

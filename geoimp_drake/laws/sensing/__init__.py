@@ -1,1 +1,1 @@
-"""From a reaction force to the wrench of the laws."""
+"""From sensor readings or joint torques to the wrench h of the laws, and the tool's load."""

@@ -6,8 +6,9 @@ origin, in the sensor's axes,
 
     f = m (a − g) + ω̇ × m c + ω × (ω × m c) + b_f,   μ = m c × (a − g) + I ω̇ + ω × I ω + b_μ,
 
-which is `sensed_wrench.load_of_tool` about another point. Least squares give the numbers. The
-joints of an arm at rest also show a load: they feel τ_ext = −Jᵀ[μ; f] + b, with a bias b of each.
+which is `sensed_wrench.load_of_tool` with the inertia about the sensor's origin, plus the bias.
+Least squares give the numbers. The joints of an arm also show a load at its end effector: they feel
+τ_ext = −Jᵀ[μ; f] + b, with a bias b of each. Floats only.
 """
 
 from collections.abc import Sequence
@@ -91,8 +92,8 @@ def identify_load(
         motions: (ω, ω̇, a) of the sensor's origin in W at each instant; at rest by default.
 
     Raises:
-        ConfigurationError: the numbers of readings and attitudes differ, or the postures are too
-            alike to tell a load from a bias. The message has the condition number.
+        ConfigurationError: the numbers of readings, attitudes and motions differ, or the postures
+            are too alike to tell a load from a bias. The message has the condition number.
     """
     if len(readings) != len(attitudes) or (motions is not None and len(motions) != len(readings)):
         raise ConfigurationError(
@@ -121,7 +122,7 @@ def identify_load_from_joints(
     gravity: Array,
     motions: Sequence[tuple[Array, Array, Array]] | None = None,
 ) -> IdentifiedLoad:
-    """Returns load and bias of an arm from external joint torques; the load is in E.
+    """Returns load and bias of an arm from external joint torques; the load is in E, not in S.
 
     Args:
         torques: external, on the joints, τ_ext (n), one for each posture (the mean of some time)

@@ -43,7 +43,7 @@ def load_of_tool(
     w_WT: Array,
     dw_WT: Array,
 ) -> tuple[Array, Array]:
-    """Returns moment about So and force with which the tool alone loads the sensor, in W.
+    """Returns what a sensor reads of the tool alone: moment about So and force on the tool, in W.
 
         f = m (a_C − g),   μ = p_SC × f + I ω̇ + ω × I ω
 
@@ -52,7 +52,7 @@ def load_of_tool(
         p_SC: from the sensor's origin to the tool's centre of mass C, in W (3) [m].
         I_TC: rotational inertia of the tool about C, in W (3×3) [kg m²].
         gravity: g in W (3) [m/s²].
-        a_WC: acceleration of C, in W (3); zero leaves the weight alone.
+        a_WC: acceleration of C, in W (3) [m/s²]; with zero the force is that of the weight.
         w_WT: angular velocity of the tool, in W (3) [rad/s].
         dw_WT: its angular acceleration, in W (3) [rad/s²].
     """
@@ -84,7 +84,7 @@ def sensed_wrench(
     Returns False if the reading or the motion is not finite. Floats only.
 
     Args:
-        reading: [moment; force] of the sensor about So, in S (6,).
+        reading: [moment; force] by the arm on the sensor and its tool, about So, in S (6,).
         X_WT: pose of the tool in W, [R p] (3, 4).
         X_TS: pose of the sensor in T, [R p] (3, 4).
         p_TE: E's origin in T (3,) [m].

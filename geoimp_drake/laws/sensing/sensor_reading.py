@@ -36,7 +36,7 @@ def sensor_reading(
         raw: reaction with bias and noise (6,).
         before: the reading before this one (6,).
         resolution: quantisation steps (6,), zero for none.
-        limits: of the range (6,).
+        limits: half-width of the range, ±limits (6,).
         gain: of the filter; 1 takes the sample as it is.
         reading: where to write (6,).
     """
