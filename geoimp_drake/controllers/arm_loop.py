@@ -1,4 +1,4 @@
-"""What controllers of one arm that are called by hand have in common."""
+"""The base of the controllers of one arm that are called by hand: its state, gains and outputs."""
 
 from collections.abc import Sequence
 
@@ -67,7 +67,7 @@ class ArmLoop:
         return self._loop.output(name)
 
     def pose(self, q: Array) -> RigidTransform:
-        """Returns X_WE at joint positions (n)."""
+        """Returns X_WE at joint positions in the robot's order (n) [rad, m]."""
         return self.joints.pose(q)
 
     def change(self, stiffness: Array | None = None, damping: Array | None = None) -> None:
@@ -96,7 +96,7 @@ class ArmLoop:
             self._gains = {"stiffness": K, "damping": D}
 
     def _start(self, q: Array, v: Array, wrench: Array | None, desired: Array | None) -> None:
-        """Starts the part: without a wrench, and with D at rest on E, by default."""
+        """Starts the part; None is a wrench of zero, and D at rest on E."""
         self._loop.reset(
             {
                 "estimated_state": self.joints.reading(q, v),

@@ -48,13 +48,13 @@ FORMS = ("blocks", "compiled")
 
 @dataclass
 class MotionConfig:
-    """Gains of the inner motion loop (2.9), (2.15): each one number."""
+    """Gains of the motion loop, one number each: (2.9) and an orientation law of (2.10)-(2.15)."""
 
     K_Pp: float = 2025.0  # position [1/s²]
     K_Dp: float = 65.0  # [1/s]
     K_Po: float = 4500.0  # orientation [1/s²]
     K_Do: float = 65.0  # [1/s]
-    orientation: str = "quaternion"  # orientation law
+    orientation: str = "quaternion"  # the orientation law, by its name in `ORIENTATION_LAWS`
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""
@@ -97,8 +97,8 @@ class SamplingConfig:
     def check_impedance(self, name: str, impedance: ImpedanceConfig) -> None:
         """Raises ConfigurationError if an impedance of E itself gets its readings too rarely.
 
-        With differenced velocities it oscillates from 0.9 to 2 times that period on, depending on
-        its damping.
+        The longest period is the shortest M/D or D/K. With differenced velocities the hand
+        oscillates from 0.9 to 2 times that period on, depending on its damping.
         """
         longest, which = impedance.shortest_time()
         if self.period > longest:
@@ -109,7 +109,7 @@ class SamplingConfig:
             )
 
     def check_step(self, name: str, time_step: float) -> None:
-        """Raises ConfigurationError if differences are not those of a whole number of steps.
+        """Raises ConfigurationError if velocities are differences over a varying number of steps.
 
         Args:
             name: of this configuration.
@@ -147,7 +147,7 @@ class RedundancyConfig:
     """
 
     kappa: float | None = None  # e_n decays at this rate, K_n = κB [1/s]; null for 10, or for a K_n
-    K_n: Array = field(default_factory=lambda: np.array(0.0))  # constant gain [Nms/rad, Ns/m]
+    K_n: Array = field(default_factory=lambda: np.array(0.0))  # constant; 0: κB [Nms/rad, Ns/m]
     k_beta: float = 0.0  # positive climbs the task function w, negative descends, zero reports it
     task: TaskConfig | None = None  # null: hold the posture of the start, whatever k_beta is
     weight: str = "inertia"  # or identity, matrix
@@ -254,7 +254,7 @@ class ImpedanceControllerConfig(SchemeConfig):
             )
 
     def make_passivity(self, impedance: EndEffectorImpedance) -> Passivity:
-        """Returns what changes of an impedance's gains pass through."""
+        """Returns the part that keeps an impedance passive as its gains change."""
         springs = impedance if isinstance(impedance, Impedance) else impedance.springs
         return self.passivity.make(springs, self.sampling.period)
 

@@ -29,7 +29,8 @@ class ControlLoop(ArmLoop):
         plant: finalized, contains the arm as `make_impedance_controller` wants it.
         model_instance: the arm.
         end_effector_frame: E, the frame that is made compliant.
-        config: gains, orientation family and sampling; `form` has no effect.
+        config: gains, orientation family and sampling; by default the chapter's first experiment.
+            `form` has no effect.
         gravity: who holds the arm's weight: `controller`, or `robot`, which adds it to the torques
             that it receives, as iiwa, Franka and UR do.
         joints: the joints' names in the robot's order; by default that from base to hand.

@@ -34,7 +34,8 @@ class CooperativeControlLoop:
         plant: finalized, contains the arms as `make_cooperative_controller` wants them.
         model_instances: the two arms.
         end_effector_frames: E of each arm, in the same order.
-        config: gains, grasp, object and sampling; `form` has no effect.
+        config: gains, grasp, object and sampling, by default those of its class. `form` has no
+            effect.
         loads: model instances that hang on a hand but are not part of its arm's model.
         gravity: who holds the arms' weight: `controller`, or `robot`.
         joints: the joints' names of each arm in its robot's order; by default from base to hand.
@@ -152,7 +153,11 @@ class CooperativeControlLoop:
         return self._loop.output(name)
 
     def pose(self, q: Pair) -> RigidTransform:
-        """Returns X_WO, the pose of the object between the hands, at joint positions of both."""
+        """Returns X_WO, the pose of the object between the hands, for ϑ_21 of at most π.
+
+        Args:
+            q: joint positions of both arms, each in its robot's order [rad, m].
+        """
         first, second = [
             frame_motion_at_rest(joints.pose(positions))
             for joints, positions in zip(self.joints, q, strict=True)

@@ -43,7 +43,9 @@ def add_passivity(
     measured: OutputPort,
     wrenches: list[InputPort],
 ) -> None:
-    """Adds what keeps an impedance passive to its block, with ports that the controller exports.
+    """Adds the blocks that keep an impedance passive, and exports their ports.
+
+    Without a block for changing gains, `stiffness_scale` of the impedance is exported.
 
     Args:
         builder: where it is added.
@@ -85,8 +87,8 @@ def connect_wrenches(
     Args:
         builder: of the controller.
         sensors: the part of the wrist sensors, which are added; None if wrenches are inputs.
-        wrenches: input ports for each wrench.
-        references: output ports for each of the sensors' reference motions.
+        wrenches: by name, the input ports that get each wrench.
+        references: by name of a sensors' input port, the output port of that reference motion.
     """
     if sensors is None:
         for name, (first, *others) in wrenches.items():

@@ -19,9 +19,9 @@ class GainDesign:
     """What mass, damping and stiffness follow from: a number, three for the axes, or 3×3 each."""
 
     natural_frequency: Array = field(default_factory=lambda: np.array(0.0))  # √(K/M) [rad/s]
-    damping_ratio: Array = field(default_factory=lambda: np.array(1.0))  # on the environment
+    damping_ratio: Array = field(default_factory=lambda: np.array(1.0))  # ζ, for K + K_e
     stiffness: Array = field(default_factory=lambda: np.array(0.0))  # K [N/m or Nm/rad]
-    environment_stiffness: Array = field(default_factory=lambda: np.array(0.0))  # 0: the free hand
+    environment_stiffness: Array = field(default_factory=lambda: np.array(0.0))  # K_e, 0 for none
 
     def validate(self, name: str) -> None:
         """Raises ConfigurationError if a field cannot be used; `name` is put before it."""

@@ -118,7 +118,7 @@ class TranslationGains(_Gains):
 
 @dataclass
 class RotationGains(_Gains):
-    """Gains of (3.30) or another family's law, in C: one number, three, or a 3×3 matrix."""
+    """Gains of (3.30), in C, or of another family's law: one number, three, or a 3×3 matrix."""
 
     mass: Array = field(default_factory=lambda: np.array(0.4))  # M_o [kg m²]
     damping: Array = field(default_factory=lambda: np.array(5.0))  # D_o [Nms/rad]
@@ -134,7 +134,7 @@ class ImpedanceConfig:
 
     translation: TranslationGains = field(default_factory=TranslationGains)
     rotation: RotationGains = field(default_factory=RotationGains)
-    orientation: str = "quaternion"  # family
+    orientation: str = "quaternion"  # family, by its name in `FAMILIES`
     axes: str = "both"  # or translation, rotation, none: what is left out of C equals D
     coupling: Array | None = None  # K_c (3×3) between rotation and translation, in D [N]
 

@@ -183,7 +183,7 @@ def controller_parts(
     """Returns the parts of the blocks; arguments and errors are those of the controller.
 
     Args:
-        plant: this and the following four are those of `make_impedance_controller`.
+        plant: this and the following five are those of `make_impedance_controller`.
         model_instance: see there.
         end_effector_frame: see there.
         config: see there.

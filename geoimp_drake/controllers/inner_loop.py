@@ -71,7 +71,7 @@ class InnerLoopParts:
         return InnerLoopParts(model, sampling.make(model), tracking, null_space, kept, added)
 
     def loop(self, arm: int = 0) -> InnerLoop:
-        """Returns the one part; `arm` is the number of the arm if there are several."""
+        """Returns the one part; `arm` is the number of the arm from one on, zero if it is alone."""
         parts = self.model, self.readings, self.motion, self.null_space, self.limits
         return InnerLoop(*parts, arm, self.remedies)
 

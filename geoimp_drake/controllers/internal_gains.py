@@ -1,8 +1,10 @@
 """The internal impedance for two arms: gains left open, and whether it holds a stiff grasp.
 
 - stiffness: 2000 N/m and 100 Nm/rad; a squeeze of K times the error of the grasp remains.
-- mass: twice the largest apparent inertia of the hands against each other.
-- damping: enough to hold hands of any weight, see `laws.cooperation.internal_loop`.
+- mass: at least twice the largest apparent inertia of the hands against each other.
+- damping: enough for a stable grasp by hands of any weight.
+
+See `laws.cooperation.internal_loop` for mass and damping.
 """
 
 import logging
@@ -34,7 +36,7 @@ _log = logging.getLogger("drake")
 # Places in [angular; linear].
 _PARTS = {"rotation": slice(0, 3), "translation": slice(3, 6)}
 _STIFFNESS = {"rotation": 100.0, "translation": 2000.0}  # [Nm/rad, N/m]
-# How much the apparent inertia may grow before the loop no longer holds the grasp.
+# The factor of the apparent inertia for which the check is made: it may grow during the task.
 _ON_THE_WAY = 1.1
 # A posture with a smaller singular value says nothing about the arm at work.
 _SMALLEST_SINGULAR_VALUE = 1e-2
@@ -95,7 +97,7 @@ def _at_work(model: ControlModel) -> ArmState:
 def fill_open_gains(
     config: InternalImpedanceConfig, inertia: Array, motion: MotionConfig, period: float
 ) -> InternalImpedanceConfig:
-    """Returns a configuration with every gain.
+    """Returns a configuration in which the open gains have values, rounded to three digits.
 
     Args:
         config: some gains are open.

@@ -108,8 +108,8 @@ def add_object_loop(builder: DiagramBuilder, parts: ObjectParts) -> ObjectLoopPo
     connect(kinematics, "object_slack", impedance, "slack")
     connect(impedance, "compliant_motion", references, "compliant_motion")
     if parts.load.removes_inertial_load:
-        # A reading of the sensors is of the plant's last step. That also breaks the loop
-        # acceleration of C → wrench → acceleration of C.
+        # The sensors read the wrench of the plant's last step, so the load is that of C then. This
+        # also breaks the loop acceleration of C → wrench → acceleration of C.
         connect(impedance, "last_compliant_motion", kinematics, "reference_motion")
     if parts.internal is not None:
         # The internal wrench moves the mutual pose of the references.

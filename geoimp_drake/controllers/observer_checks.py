@@ -35,7 +35,7 @@ def warn_of_late_torque(
     """Warns if a torque that acts a tick late makes the impedance on an observer unstable.
 
     The check is about small motions in free space, at a posture. Natural inertia takes no wrench
-    and is not checked. Nobody knows whether torques are late on a robot with a clock of its own: so
+    and is not checked. Nobody knows whether torques are late on a robot with a clock of its own, so
     this is a warning, never an error.
 
     Args:

@@ -46,8 +46,8 @@ class RobotJoints:
         """Returns [q; v] in the plant's order (2n).
 
         Args:
-            q: joint positions (n) [rad, m].
-            v: joint velocities (n).
+            q: joint positions in the robot's order (n) [rad, m].
+            v: joint velocities, likewise (n) [rad/s, m/s].
             written: where to write, a new array by default (2n).
 
         Raises:
@@ -69,24 +69,24 @@ class RobotJoints:
         return reading[self._q].copy(), reading[self._v].copy()
 
     def torques(self, actuation: Array) -> Array:
-        """Returns torques (n) of the actuators in the robot's order."""
+        """Returns torques in the order of the plant's actuators (n) in the robot's order."""
         torques: Array = actuation[self._actuators]
         return torques
 
     def actuation(self, torques: Array) -> Array:
-        """Returns torques (n) in the order of the actuators; the inverse of `torques`."""
+        """Returns torques in the robot's order (n) in that of the actuators; undoes `torques`."""
         actuation = np.empty(len(self.names))
         actuation[self._actuators] = torques
         return actuation
 
     def from_base(self, values: Array) -> Array:
-        """Returns values of the joints (n) in the order from base to hand."""
+        """Returns values in the robot's order (n) in the order from base to hand."""
         ordered = np.empty(len(self.names))
         ordered[self._place] = values
         return ordered
 
     def pose(self, q: Array) -> RigidTransform:
-        """Returns X_WE at joint positions (n)."""
+        """Returns X_WE at joint positions in the robot's order (n) [rad, m]."""
         plant = self._model.plant
         context = plant.CreateDefaultContext()
         plant.SetPositions(context, self.from_base(q))
@@ -94,6 +94,6 @@ class RobotJoints:
 
 
 def _places(indices: Array) -> Array | slice:
-    """Returns a slice in place of indices that follow each other, which takes less time."""
+    """Returns a slice if the indices are consecutive, which takes less time, or the indices."""
     first, n = int(indices[0]), len(indices)
     return slice(first, first + n) if np.array_equal(indices, first + np.arange(n)) else indices

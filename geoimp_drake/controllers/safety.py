@@ -38,10 +38,11 @@ def add_safety_limits(
         safety: limits and their source.
         controller: of the arm.
         desired_motion: of D.
-        wrench: that the arm feels, at a wrist sensor or by a momentum observer.
+        wrench: h of the arm, from a wrist sensor or a momentum observer.
 
     Raises:
-        ConfigurationError: the configuration cannot be used, or the translation has no gains in W.
+        ConfigurationError: the configuration cannot be used. The translation has no impedance, or
+            gains that are not in W.
     """
     impedance = config.impedance
     if config.is_natural or impedance.stiffness_is_in_desired():

@@ -176,7 +176,7 @@ def linear_gains(
         R_WE: orientation of the end effector (3×3).
         hands: the number that carry what has this impedance.
     """
-    # D is at E when the loop begins, and so are translation gains in its axes.
+    # D equals E when the loop begins, so gains in D's axes are in E's.
     in_axes_of_D = impedance.translation.axes == "desired"
     frames = [
         R_WE if in_desired else np.eye(3)
@@ -189,8 +189,7 @@ def linear_gains(
         )
     )
     free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]
-    # The quaternion law's ε is half of a small angle; the others' displacements are the whole
-    # angle.
+    # The quaternion law's ε is half of a small angle; other laws' errors count as the whole angle.
     K_Po = motion.K_Po * (0.5 if motion.orientation == "quaternion" else 1.0)
     return (
         np.linalg.inv(mass) * np.repeat(free, 3)[:, None],

@@ -78,7 +78,8 @@ def add_wrist_sensor(
         has that name already, with a number.
 
     Raises:
-        ModelError: the joint is not a weld, or E is not fixed beyond it.
+        ModelError: the plant is not finalized, the joint is not a weld of it, or E is not fixed
+            beyond the joint.
         ConfigurationError: a field of the configuration cannot be used.
     """
     sensor = wrist_sensor_at(plant, joint, end_effector_frame, config, tool, initial_wrench)
@@ -169,7 +170,8 @@ def wrist_sensor_at(
         name: in warnings; that of the sensor's system if empty.
 
     Raises:
-        ModelError: the joint is not a weld, or E is not fixed beyond it.
+        ModelError: the plant is not finalized, the joint is not a weld of it, or E is not fixed
+            beyond the joint.
     """
     if not plant.is_finalized():
         raise ModelError("The plant is not finalized; call plant.Finalize() first.")
@@ -187,7 +189,7 @@ def wrist_sensor_at(
     T = welded_bodies(plant, joint)[0]
     context = plant.CreateDefaultContext()
     mounting = SensorMounting(
-        # The plant orders its reaction forces so, whatever joints have been removed from it.
+        # Reaction forces are in this order, also in a plant from which joints have been removed.
         joint=plant.GetJointIndices().index(joint.index()),
         tool_body=T.index(),
         X_TS=joint.frame_on_child().CalcPose(context, T.body_frame()),
@@ -234,7 +236,7 @@ def tool_load_beyond(
 
 
 def _scoped_name(joint: Joint) -> str:
-    """Returns the name of a joint after that of its model instance, which the arms differ in."""
+    """Returns ARM_JOINT: with the model instance, joints of different arms have different names."""
     arm = joint.GetParentPlant().GetModelInstanceName(joint.model_instance())
     return f"{arm}_{joint.name()}"
 
@@ -277,7 +279,7 @@ def _sensed_inertia(
     lever = load.mass * skew(p_EC)
     inertia = R_WS @ load.inertia @ R_WS.T - lever @ skew(p_EC)
     M_t = np.block([[inertia, lever], [lever.T, load.mass * np.eye(3)]])
-    mobility = J @ np.linalg.pinv(B, hermitian=True) @ J.T  # joints may move nothing
+    mobility = J @ np.linalg.pinv(B, hermitian=True) @ J.T  # joints without mass make B singular
     return SensedInertia(mobility, M_t, X_WE.rotation().matrix(), plant.time_step())
 
 
