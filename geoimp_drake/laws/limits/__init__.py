@@ -1,1 +1,1 @@
-"""Joint limits, torque limits and singularities kept by one quadratic program a tick."""
+"""Limits of joints, torques, singularities and contact forces: (L.1)-(L.3), (L.8), (L.9)."""

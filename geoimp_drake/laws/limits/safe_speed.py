@@ -40,9 +40,11 @@ def safe_speed(
 def leashed(difference: Array, gain: Array, most: float) -> Array:
     """(L.9) x min(1, f / ‖Gx‖): a difference whose spring or damper pulls with f at most (3,).
 
+    Floats only.
+
     Args:
-        difference: x of D from C, a position or a velocity (3,).
-        gain: G, K_p or D_p (3, 3).
+        difference: x of D from C, a position or a velocity (3,), in W [m or m/s].
+        gain: G, K_p or D_p (3, 3), in W [N/m or Ns/m].
         most: f [N].
     """
     x = sized(difference, 3)
