@@ -49,7 +49,7 @@ class StartConfig:
     def _check_anywhere(self, name: str) -> None:
         """Raises ConfigurationError if something is given that means nothing without a place."""
         usual = StartConfig()
-        for part in ("attitude_deg", "tilt_deg", "guess"):
+        for part in ("attitude_deg", "tilt_axis", "tilt_deg", "guess"):
             value = getattr(self, part)
             if not np.array_equal(value, getattr(usual, part)):
                 raise ConfigurationError(

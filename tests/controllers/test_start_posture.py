@@ -127,6 +127,7 @@ def test_with_limits_an_arm_starts_in_a_singular_posture() -> None:
         ({"tilt_deg": np.nan}, ["start.tilt_deg is nan"]),
         ({"tilt_deg": 5.0}, ["start.tilt_deg is 5.0", "start.position is null", "leave tilt_deg"]),
         ({"attitude_deg": np.zeros(3)}, ["start.attitude_deg is [0.0, 0.0, 0.0]", "null"]),
+        ({"tilt_axis": np.array([1.0, 0.0, 0.0])}, ["start.tilt_axis is [1.0, 0.0, 0.0]", "null"]),
         ({"guess": np.ones(6)}, ["start.guess is [1.0, ", "null", "Give start.position"]),
     ],
 )
