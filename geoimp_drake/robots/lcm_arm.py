@@ -175,6 +175,8 @@ class LcmRobot:
                 self._arm.write(self._command)
             for _ in range(self._ticks):
                 status = self._arm.read()
+            # Of a robot that is late, too, which has no time to listen.
+            self._lcm.HandleSubscriptions(0)
             sent = time.monotonic()
             message = self._messages.write_status(status)
             self._lcm.Publish(f"{self._channel}_STATUS", message.encode())

@@ -226,7 +226,7 @@ def test_two_programs_drive_an_arm_between_them(scenario):
     settings = ["--set", f"robot.driver={driver}", "--set", "sampling.period=0.005"]
     geoimp = [sys.executable, "-m", "geoimp_drake.cli"]
     robot = shlex.join(
-        [*geoimp, "robot-sim", "mine.yaml", "--in-step", "--duration", "30", *settings]
+        [*geoimp, "robot-sim", "mine.yaml", "--in-step", "--duration", "600", *settings]
     )
     drive = shlex.join([*geoimp, "drive", "mine.yaml", "--no-figures", *settings])
     speaks = "until grep -q 'status each' robot.log; do sleep 0.1; done"
