@@ -11,7 +11,8 @@ from geoimp_drake.controllers.cooperative_config import CooperativeControllerCon
 from geoimp_drake.controllers.cooperative_controller import cooperative_parts, two_arms
 from geoimp_drake.controllers.robot_joints import RobotJoints
 from geoimp_drake.laws.cooperation.held_object import held_object_motion
-from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE
+from geoimp_drake.laws.cooperation.mutual_pose import mutual_orientation_at_start
+from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
 from geoimp_drake.parts.part_loop import PartLoop
 from geoimp_drake.systems.frame_motion import frame_motion_at_rest, pose_of
 from geoimp_drake.task_functions.task_function import TaskFunction
@@ -153,7 +154,7 @@ class CooperativeControlLoop:
         return self._loop.output(name)
 
     def pose(self, q: Pair) -> RigidTransform:
-        """Returns X_WO, the pose of the object between the hands, for ϑ_21 of at most π.
+        """Returns X_WO, the pose of the object between the hands, as at a start.
 
         Args:
             q: joint positions of both arms, each in its robot's order [rad, m].
@@ -163,7 +164,8 @@ class CooperativeControlLoop:
             for joints, positions in zip(self.joints, q, strict=True)
         ]
         motions = np.zeros((2, FRAME_MOTION_SIZE))
-        held_object_motion(first, second, np.array([1.0, 0.0, 0.0, 0.0]), motions)
+        Q_12 = mutual_orientation_at_start(first[QUATERNION], second[QUATERNION])
+        held_object_motion(first, second, Q_12, motions)
         return pose_of(motions[0])
 
     def _torques(self) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from geoimp_drake.controllers.impedance_config import ImpedanceConfig
 from geoimp_drake.controllers.scheme import SchemeConfig
 from geoimp_drake.errors import ConfigurationError, ModelError
 from geoimp_drake.laws.impedance.translational_impedance import turned
+from geoimp_drake.laws.motion_control.orientation_control import ERROR_PER_ANGLE
 from geoimp_drake.laws.prediction.sampled_loop import SampledLoop
 from geoimp_drake.laws.sensing.sensed_inertia import SensedInertia
 from geoimp_drake.laws.sensing.sensor_reading import filter_gain
@@ -189,8 +190,7 @@ def linear_gains(
         )
     )
     free = [float(impedance.axes in ("both", part)) for part in ("rotation", "translation")]
-    # The quaternion law's ε is half of a small angle; other laws' errors count as the whole angle.
-    K_Po = motion.K_Po * (0.5 if motion.orientation == "quaternion" else 1.0)
+    K_Po = motion.K_Po * ERROR_PER_ANGLE[motion.orientation]
     return (
         np.linalg.inv(mass) * np.repeat(free, 3)[:, None],
         damping,

@@ -7,7 +7,10 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.compilation.small_arrays import numbers
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
 from geoimp_drake.laws.impedance.families import make_family
-from geoimp_drake.laws.motion_control.orientation_control import orientation_law
+from geoimp_drake.laws.motion_control.orientation_control import (
+    ERROR_PER_ANGLE,
+    orientation_law,
+)
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_frame_motion
@@ -22,6 +25,8 @@ class MotionControl:
 
     Attributes:
         gains: K_Do and K_Po, K_Dp and K_Pp (2, 3, 3) each [1/s, 1/s²].
+        stiffness: a of a small [angle; displacement] (6): K_Po ∂ε/∂ϑ and K_Pp on their diagonals
+            [1/s²].
         orientation_law: see `orientation_control.ORIENTATION_LAWS`.
         has_domain: whether there are attitudes at which the law is undefined.
     """
@@ -41,6 +46,7 @@ class MotionControl:
         self.gains = tuple(
             np.array([k * np.eye(3) for k in part]) for part in ((K_Do, K_Po), (K_Dp, K_Pp))
         )
+        self.stiffness = np.repeat([ERROR_PER_ANGLE[orientation] * K_Po, K_Pp], 3)
         # The family of the same name knows where the orientation error is defined.
         self._family = make_family(orientation, np.eye(3), np.eye(3), np.eye(3))
         self.has_domain = self._family.has_domain

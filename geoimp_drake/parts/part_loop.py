@@ -174,7 +174,9 @@ class PartLoop:
 
     def _take_in(self, inputs: Mapping[str, Array]) -> None:
         for name, value in inputs.items():
-            held = self._values[name]
+            held = self._values.get(name)
+            if held is None:
+                raise unknown_name(name, f"input of {self._now.system}", self._values)
             if len(value) != len(held):
                 raise SignalError(
                     f"Port '{self._now.port(name)}' got {len(value)} numbers; it takes {len(held)}."

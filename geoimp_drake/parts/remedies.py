@@ -63,9 +63,7 @@ class Remedies:
         self.config, self._model, self._dynamics = config, model, ChainDynamics(model)
         self._saturation, self._identity = Saturation(model), np.eye(n)
         self._damping = damping.threshold, damping.factor
-        (_, K_Po), (_, K_Pp) = motion.gains
-        # `pose_error` has angles, twice the ε of (2.15).
-        self._K_P = np.concatenate((0.5 * np.diag(K_Po), np.diag(K_Pp)))
+        self._K_P = motion.stiffness  # `pose_error` has angles
         self._coulomb, self._viscous = _friction_of(config.friction, n)
         self._observer = None
         if config.disturbance_observer is not None:

@@ -18,10 +18,10 @@ class Supervisor(PartSystem):
 
     It waits for a valid reading; then the torques fade from the robot's own to the controller's.
     The last torques bridge a missing reading. In a soft start they do so, too, and the soft start
-    begins again from them. D comes to rest along `braked_motion`, and stays, in three cases. A
-    reading is missing for too long, a signal exceeds its limit, or somebody asks for it. Torques
-    never change faster than their limit. Drake's log has each change of mode with its reason. It is
-    a warning if the arm is braked before its motion has ended.
+    goes on from them where it was. D comes to rest along `braked_motion`, and stays, in three
+    cases. A reading is missing for too long, a signal exceeds its limit, or somebody asks for it.
+    Torques never change faster than their limit. Drake's log has each change of mode with its
+    reason. It is a warning if the arm is braked before its motion has ended.
 
     Joint readings and wrench reach the controller through this block, so that a faulty signal never
     does. A signal is faulty if it is not finite, or the same to the bit while D has moved by

@@ -113,6 +113,18 @@ def test_the_object_rests_where_the_hands_hold_it():
     np.testing.assert_allclose(loop.output("displacement"), 0.0, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("angle", np.deg2rad([-90.0, 90.0, 178.0, 179.5, 180.5, 182.0]))
+def test_the_object_of_hands_that_face_each_other_is_that_of_the_start(angle):
+    """By the sign of η alone it would be half a turn away."""
+    (first, second), v, *_ = recorded().at(0)
+    loop = make()
+    q = [first, second + angle * np.eye(len(second))[-1]]
+    loop.reset(q, v)
+    expected = loop.output("object_motion")[:4]
+    Q = loop.pose(q).rotation().ToQuaternion().wxyz()
+    assert abs(Q @ expected) == pytest.approx(1.0, abs=1e-12)
+
+
 def test_an_arm_whose_reading_cannot_be_used_is_named():
     q, v, wrench, D = recorded().at(0)
     loop = make()

@@ -32,7 +32,8 @@ def build_archives(folder: Path) -> Path:
 
 def new_environment(folder: Path, base: str, requirement: str) -> Path:
     """Makes an environment that has a requirement; returns its Python."""
-    run(base, "-m", "venv", folder / "venv", cwd=folder)
+    run(base, "-m", "venv", "--without-pip", folder / "venv", cwd=folder)
     python = folder / "venv" / "bin" / "python"
-    run(python, "-m", "pip", "install", "--no-compile", requirement, cwd=folder)
+    pip = sys.executable, "-m", "pip", "--python", python
+    run(*pip, "install", "--no-compile", requirement, cwd=folder)
     return python

@@ -17,7 +17,11 @@ from scipy.spatial.transform import Rotation
 
 from geoimp_drake.laws.impedance import angle_axis_impedance, compliant_rotation
 from geoimp_drake.laws.motion_control.inverse_dynamics import inverse_dynamics
-from geoimp_drake.laws.motion_control.orientation_control import orientation_law
+from geoimp_drake.laws.motion_control.orientation_control import (
+    ERROR_PER_ANGLE,
+    ORIENTATION_LAWS,
+    orientation_law,
+)
 from geoimp_drake.laws.motion_control.position_control import position_acceleration
 from geoimp_drake.laws.motion_control.quaternion_control import orientation_error
 from geoimp_drake.laws.motion_control.resolved_acceleration import resolved_acceleration
@@ -183,3 +187,12 @@ def test_resolved_acceleration_gives_the_end_effector_the_one_asked_for():
     J, Jdot_v, a = rng.normal(size=(6, 6)), rng.normal(size=6), rng.normal(size=6)
     alpha = resolved_acceleration(J, Jdot_v, a)
     assert_close(J @ alpha + Jdot_v, a, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ORIENTATION_LAWS)
+def test_error_of_a_small_angle_is_the_part_of_it_that_is_listed(name) -> None:
+    still, small, K = np.zeros(3), 1e-5 * np.array([0.5, -0.7, 0.4]), np.eye(3)
+    Q_WE = quaternion.exp(np.array([0.3, 0.2, -0.1]))
+    Q_WD = quaternion.product(quaternion.exp(small), Q_WE)
+    a = orientation_law(name)(Q_WD, still, still, Q_WE, still, K, K)
+    np.testing.assert_allclose(a, ERROR_PER_ANGLE[name] * small, rtol=1e-3)

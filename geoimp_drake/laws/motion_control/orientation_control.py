@@ -17,7 +17,7 @@ from geoimp_drake.laws.motion_control import (
 from geoimp_drake.rotations.angle_axis import REPRESENTATIONS
 from geoimp_drake.typing import Array
 
-__all__ = ["ORIENTATION_LAWS", "orientation_law"]
+__all__ = ["ERROR_PER_ANGLE", "ORIENTATION_LAWS", "orientation_law"]
 
 ORIENTATION_LAWS: dict[str, Callable[..., Array]] = {
     "quaternion": quaternion_control.orientation_acceleration,
@@ -27,6 +27,15 @@ ORIENTATION_LAWS: dict[str, Callable[..., Array]] = {
         f"angle-axis-{row.name}": angle_axis_control.orientation_acceleration(row)
         for row in REPRESENTATIONS.values()
     },
+}
+
+# The error that each law multiplies by K_Po, as a part of a small angle: ε of (2.15) is half of it,
+# an angle/axis error f′(0) of it.
+ERROR_PER_ANGLE = {
+    "quaternion": 0.5,
+    "classical-euler": 1.0,
+    "alternative-euler": 1.0,
+    **{f"angle-axis-{row.name}": row.f_prime_at_zero for row in REPRESENTATIONS.values()},
 }
 
 

@@ -13,6 +13,7 @@ Least squares give the numbers. The joints of an arm also show a load at its end
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ __all__ = [
 WORST_CONDITION = 20.0
 
 _STATIC = [0, 1, 2, 3, *range(10, 16)]
+_REST = (np.zeros(3),) * 3
 
 
 @dataclass(frozen=True)
@@ -92,16 +94,12 @@ def identify_load(
         motions: (ω, ω̇, a) of the sensor's origin in W at each instant; at rest by default.
 
     Raises:
-        ConfigurationError: the numbers of readings, attitudes and motions differ, or the postures
-            are too alike to tell a load from a bias. The message has the condition number.
+        ConfigurationError: the numbers of readings, attitudes and motions differ or are zero. Or
+            the postures are too alike to tell a load from a bias, with the condition number.
     """
-    if len(readings) != len(attitudes) or (motions is not None and len(motions) != len(readings)):
-        raise ConfigurationError(
-            f"There are {len(readings)} readings and {len(attitudes)} attitudes; give one of each "
-            f"for each posture."
-        )
-    rest = (np.zeros(3),) * 3
-    each = zip(attitudes, motions or [rest] * len(readings), strict=True)
+    _check_numbers(readings=readings, attitudes=attitudes, motions=motions)
+    moved = motions or [_REST] * len(readings)
+    each = zip(attitudes, moved, strict=True)
     columns = slice(None) if motions else _STATIC
     Y = np.vstack([load_regressor(R, *motion, gravity)[:, columns] for R, motion in each])
     y = np.concatenate([np.asarray(reading, dtype=float) for reading in readings])
@@ -133,17 +131,13 @@ def identify_load_from_joints(
         motions: (ω, ω̇, a) of E in W at each instant; at rest by default.
 
     Raises:
-        ConfigurationError: the numbers of torques, jacobians and attitudes differ, or the postures
-            are too alike to tell a load from a bias. The message has the condition number.
+        ConfigurationError: the numbers of torques, Jacobians, attitudes and motions differ or are
+            zero. Or the postures are too alike, with the condition number.
     """
-    if not len(torques) == len(jacobians) == len(attitudes) > 0:
-        raise ConfigurationError(
-            f"There are {len(torques)} torques, {len(jacobians)} Jacobians and {len(attitudes)} "
-            f"attitudes; give one of each for each posture."
-        )
-    rest, each = (np.zeros(3),) * 3, np.eye(len(torques[0]))
+    _check_numbers(torques=torques, Jacobians=jacobians, attitudes=attitudes, motions=motions)
+    moved = motions or [_REST] * len(torques)
+    each = np.eye(len(torques[0]))
     rows, size = [], 10 if motions else 4
-    moved = motions or [rest] * len(torques)
     for J, R, motion in zip(jacobians, attitudes, moved, strict=True):
         load = load_regressor(R, *motion, gravity)[:, :size]
         rows.append(np.hstack((-J.T @ np.vstack((R @ load[:3], R @ load[3:])), each)))
@@ -153,6 +147,14 @@ def identify_load_from_joints(
     left = float(np.abs(y - Y @ numbers).max())
     own = np.concatenate((numbers[:size], np.zeros(10 - size), numbers[size:]))
     return _load(own, condition, (left,), with_inertia=motions is not None)
+
+
+def _check_numbers(**given: Sequence[Any] | None) -> None:
+    """Raises ConfigurationError if there are not as many of each, or none."""
+    counts = {name: len(values) for name, values in given.items() if values is not None}
+    if len(set(counts.values())) > 1 or 0 in counts.values():
+        found = ", ".join(f"{count} {name}" for name, count in counts.items())
+        raise ConfigurationError(f"There are {found}; give one of each for each posture.")
 
 
 def _least_squares(Y: Array, y: Array, postures: int, advice: str) -> tuple[Array, float]:

@@ -78,7 +78,21 @@ def test_postures_that_are_too_alike_are_refused_with_the_condition_number(attit
         identify_load([reading(R) for R in attitudes], attitudes, GRAVITY)
 
 
-def test_each_posture_has_a_reading():
+@pytest.mark.parametrize(
+    ("readings", "motions", "words"),
+    [
+        (5, None, "5 readings, 6 attitudes; give"),
+        (6, 3, "6 readings, 6 attitudes, 3 motions; give"),
+        (6, 0, "6 readings, 6 attitudes, 0 motions; give"),
+    ],
+)
+def test_each_posture_has_a_reading_and_a_motion(readings, motions, words):
     attitudes = tilted(1.0)
-    with pytest.raises(ConfigurationError, match="5 readings and 6 attitudes"):
-        identify_load([reading(R) for R in attitudes[:5]], attitudes, GRAVITY)
+    moved = None if motions is None else [(np.zeros(3),) * 3] * motions
+    with pytest.raises(ConfigurationError, match=words):
+        identify_load([reading(R) for R in attitudes[:readings]], attitudes, GRAVITY, moved)
+
+
+def test_no_posture_is_too_few():
+    with pytest.raises(ConfigurationError, match="0 readings, 0 attitudes; give"):
+        identify_load([], [], GRAVITY)
