@@ -65,8 +65,8 @@ class ImpedanceGains:
 
         Raises:
             SignalError: a factor is not positive and finite, or a matrix not finite, symmetric and
-                positive semidefinite, or it couples what cannot be coupled. Factors are not
-                checked with a coupling, see `matrices`.
+                positive semidefinite, or it couples what cannot be coupled. Or factors of K_p and
+                K_o make K indefinite with its coupling.
         """
         if now is None or not now.has_any(GAIN_PORTS):
             return self.configured
@@ -84,6 +84,7 @@ class ImpedanceGains:
             p, o = _factors(now, "stiffness_scale")
             translation[2] *= p
             rotation[2] *= o
+            self._check_scaled(now, rotation[2], coupling[0], translation[2])
         if now.has("damping_scale"):
             (factor,) = _factors(now, "damping_scale")
             for damping in (translation[1], rotation[1], coupling[1]):
@@ -94,13 +95,10 @@ class ImpedanceGains:
         """Returns K and D of the same gains as matrices, row by row (36,) each.
 
         Raises:
-            SignalError: as `at`, or factors of K_p and K_o make K indefinite with its coupling.
+            SignalError: as `at`.
         """
         (_, D_p, K_p), (_, D_o, K_o), (K_c, D_c), _ = self.at(now)
-        K, D = _joined(K_o, K_c, K_p), _joined(D_o, D_c, D_p)
-        if now is not None and (fault := _fault(K.tobytes())):
-            raise SignalError(f"Port '{now.port('stiffness_scale')}' makes K a matrix {fault}")
-        return K, D
+        return _joined(K_o, K_c, K_p), _joined(D_o, D_c, D_p)
 
     def of(self, stiffness: Array, damping: Array) -> LawGains:
         """Returns the gains with K and D (36,) as `matrices` returns them, without a check."""
@@ -122,6 +120,10 @@ class ImpedanceGains:
         if (coupling != 0.0).any():
             self._check_coupling(port, name)
         return rotation, coupling, translation
+
+    def _check_scaled(self, now: Now, K_o: Array, K_c: Array, K_p: Array) -> None:
+        if (K_c != 0.0).any() and (fault := _fault(numbers(_joined(K_o, K_c, K_p)).tobytes())):
+            raise SignalError(f"Port '{now.port('stiffness_scale')}' makes K a matrix {fault}")
 
     def _check_coupling(self, port: str, name: str) -> None:
         if not self._couples:

@@ -364,3 +364,16 @@ def test_a_factor_of_the_stiffness_that_is_not_positive_is_refused(factors) -> N
     fix(impedance, context, stiffness_scale=factors)
     with pytest.raises(SignalError, match=r"stiffness_scale.*must be positive"):
         impedance.GetOutputPort("compliant_motion").Eval(context)
+
+
+def test_factors_that_make_a_coupled_stiffness_indefinite_are_refused() -> None:
+    coupling = 0.7 * np.sqrt(K_P[0, 0] * K_O[0, 0]) * np.eye(3)[:1].T @ np.eye(3)[:1]
+    impedance = ImpedanceIntegrator(
+        M_P, D_P, K_P, make_family("quaternion", M_O, D_O, K_O), K_c=coupling
+    )
+    context = impedance.CreateDefaultContext()
+    fix(impedance, context, stiffness_scale=(0.9, 0.95))
+    impedance.GetOutputPort("compliant_motion").Eval(context)
+    fix(impedance, context, stiffness_scale=(0.6, 0.6))
+    with pytest.raises(SignalError, match=r"stiffness_scale.*smallest eigenvalue is -"):
+        impedance.GetOutputPort("compliant_motion").Eval(context)
