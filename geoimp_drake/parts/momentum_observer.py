@@ -58,6 +58,7 @@ class MomentumObserver:
         self.period = period
         self.inputs = {"estimated_state": 2 * n, "torque": n}
         self.memory = Memory(
+            begun=0.0,  # when it started
             time=np.nan,  # of the last sample
             momentum=np.zeros(n),
             forces=np.zeros(n),
@@ -75,6 +76,7 @@ class MomentumObserver:
 
     def start(self, memory: Array, now: Now) -> None:
         """Takes the first reading."""
+        memory[self.memory.begun] = now.time
         self.sample(memory, now)
 
     def sample(self, memory: Array, now: Now) -> None:
@@ -84,7 +86,7 @@ class MomentumObserver:
             SignalError: the reading or the torque is NaN or infinite.
         """
         self.observe(memory, now)
-        self._tare(memory, now.time)
+        self._tare(memory, now.time - memory[self.memory.begun])
         external = self._external(memory)
         self._wrench(now["estimated_state"], external, memory[self.memory.wrench])
 
@@ -106,7 +108,12 @@ class MomentumObserver:
         memory[places.time] = now.time
 
     def _tare(self, memory: Array, time: float) -> None:
-        """Takes the mean of the residual in the second half of the time [s] from zero to `tare`."""
+        """Takes the mean of the residual in the second half of the `tare` seconds from the start.
+
+        Args:
+            memory: of this part, updated.
+            time: since the start [s].
+        """
         if not 0.5 * self._config.tare < time <= self._config.tare:
             return
         count = memory[self.memory.tare_samples] = memory[self.memory.tare_samples] + 1.0

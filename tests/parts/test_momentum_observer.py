@@ -30,7 +30,11 @@ def recorded(push: bool) -> tuple[DrivenArm, DriveLog]:
 
 
 def observed(
-    arm: DrivenArm, log: DriveLog, config: MomentumObserverConfig, **noise: float
+    arm: DrivenArm,
+    log: DriveLog,
+    config: MomentumObserverConfig,
+    begun: float = 0.0,
+    **noise: float,
 ) -> dict[str, np.ndarray]:
     """Returns an observer's outputs at each tick of a drive."""
     model, joints, values = arm.loop.model, arm.loop.joints, log.values
@@ -45,7 +49,7 @@ def observed(
             "estimated_state": joints.reading(values["q"][k], v[k]),
             "torque": joints.actuation(before[k]),
         }
-        loop.reset(signals) if k == 0 else loop.step(signals, {}, PERIOD)
+        loop.reset(signals, begun) if k == 0 else loop.step(signals, {}, PERIOD)
         for name, rows in outputs.items():
             rows.append(loop.output(name).copy())
     return {name: np.array(rows) for name, rows in outputs.items()}
@@ -83,7 +87,8 @@ def test_noise_gives_no_alarm_in_a_hundred_thousand_samples():
     assert samples >= 100_000
 
 
-def test_what_is_felt_at_rest_is_tared():
+@pytest.mark.parametrize("begun", [0.0, 5.0])
+def test_what_is_felt_at_rest_is_tared_whenever_that_is(begun):
     """Torques that are 5 % of the weight off, as with links that are heavier than the model's."""
     arm, log = recorded(True)
     model = arm.loop.model
@@ -93,7 +98,7 @@ def test_what_is_felt_at_rest_is_tared():
     values = {**log.values, "torque": log.values["torque"] + weight}
     heavy = DriveLog(values, {}, log.ticks, log.computing)
     plain, tared = (
-        observed(arm, heavy, MomentumObserverConfig(gain=100.0, tare=tare))["wrench"][-1]
+        observed(arm, heavy, MomentumObserverConfig(gain=100.0, tare=tare), begun)["wrench"][-1]
         for tare in (0.0, 0.4)
     )
     assert abs(plain[3:] + FORCE).max() > 3.0
