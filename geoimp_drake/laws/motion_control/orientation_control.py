@@ -29,8 +29,8 @@ ORIENTATION_LAWS: dict[str, Callable[..., Array]] = {
     },
 }
 
-# The error that each law multiplies by K_Po, as a part of a small angle: ε of (2.15) is half of it,
-# an angle/axis error f′(0) of it.
+# The error that each law multiplies by K_Po, as a part of a small angle. ε of (2.15) is half of
+# it, an angle/axis error is f′(0) of it.
 ERROR_PER_ANGLE = {
     "quaternion": 0.5,
     "classical-euler": 1.0,
