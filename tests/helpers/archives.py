@@ -34,6 +34,10 @@ def new_environment(folder: Path, base: str, requirement: str) -> Path:
     """Makes an environment that has a requirement; returns its Python."""
     run(base, "-m", "venv", "--without-pip", folder / "venv", cwd=folder)
     python = folder / "venv" / "bin" / "python"
-    pip = sys.executable, "-m", "pip", "--python", python
-    run(*pip, "install", "--no-compile", requirement, cwd=folder)
+    run(*pip_of(python), "install", "--no-compile", requirement, cwd=folder)
     return python
+
+
+def pip_of(python: Path) -> tuple[str | Path, ...]:
+    """Returns the command of this environment's pip, which works on another one."""
+    return sys.executable, "-m", "pip", "--python", python

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from archives import build_archives, new_environment, run
+from archives import build_archives, new_environment, pip_of, run
 from library_tree import FOLDERS, MODULES, PYPROJECT, ROOT, files
 
 # 3.11 gets the last Drake that supports it, the others the newest.
@@ -121,12 +121,12 @@ def test_licence_comes_along(wheel, archive):
 
 
 def test_environment_has_the_dependencies_and_none_of_the_extras(python, tmp_path):
-    listed = json.loads(run(python, "-m", "pip", "list", "--format=json", cwd=tmp_path))
+    listed = json.loads(run(*pip_of(python), "list", "--format=json", cwd=tmp_path))
     installed = {package["name"].lower() for package in listed}
     assert {"drake", "geoimp-drake"} <= installed
     for extra in PYPROJECT["project"]["optional-dependencies"].values():
         assert not installed & {text.split(">")[0].lower() for text in extra}
-    run(python, "-m", "pip", "check", cwd=tmp_path)
+    run(*pip_of(python), "check", cwd=tmp_path)
 
 
 def test_every_module_is_imported_from_the_installed_wheel(python, tmp_path):
