@@ -71,6 +71,10 @@ class PartLoop:
         Args:
             inputs: by name; those that are not given count as not connected.
             time: [s].
+
+        Raises:
+            SignalError: an input is of another size. Errors of the part pass, too.
+            ConfigurationError: there is no such input.
         """
         part, now = self._part, self._now
         self.state[:] = self._start
@@ -102,6 +106,7 @@ class PartLoop:
         Raises:
             SignalError: no time has passed or too much, or an input is of another size. Errors of
                 the part pass, too.
+            ConfigurationError: there is no such input.
         """
         if not 0.0 < elapsed < np.inf:
             raise SignalError(
@@ -131,6 +136,7 @@ class PartLoop:
 
         Raises:
             SignalError: an input is of another size.
+            ConfigurationError: there is no such input.
         """
         self._now.time = self.state.item(self._time)
         self._take_in(inputs)
