@@ -115,7 +115,7 @@ def test_what_it_cannot_use_is_named():
     with pytest.raises(ConfigurationError, match=r"observer\.threshold.*6"):
         MomentumObserver(arm.loop.model, MomentumObserverConfig(threshold=np.ones(5)))
     loop = PartLoop(MomentumObserver(arm.loop.model, MomentumObserverConfig(), PERIOD), "observer")
-    with pytest.raises(ConfigurationError, match="'torques'.*estimated_state, torque"):
+    with pytest.raises(ConfigurationError, match=r"'torques'.*estimated_state, torque"):
         loop.reset({"torques": np.zeros(6)})
     values = {**log.values, "torque": log.values["torque"] * np.nan}
     with pytest.raises(SignalError, match="observer:torque"):
