@@ -7,10 +7,7 @@ from geoimp_drake.compilation.compiled import compiled
 from geoimp_drake.compilation.small_arrays import numbers
 from geoimp_drake.laws.frame_motion import FRAME_MOTION_SIZE, QUATERNION
 from geoimp_drake.laws.impedance.families import make_family
-from geoimp_drake.laws.motion_control.orientation_control import (
-    ERROR_PER_ANGLE,
-    orientation_law,
-)
+from geoimp_drake.laws.motion_control.orientation_control import ERROR_PER_ANGLE, orientation_law
 from geoimp_drake.laws.motion_control.tracking_acceleration import tracking_acceleration
 from geoimp_drake.parts.part import Memory, Now, Output
 from geoimp_drake.parts.signals import check_frame_motion

@@ -180,9 +180,7 @@ class PartLoop:
 
     def _take_in(self, inputs: Mapping[str, Array]) -> None:
         for name, value in inputs.items():
-            held = self._values.get(name)
-            if held is None:
-                raise unknown_name(name, f"input of {self._now.system}", self._values)
+            held = self.input(name)
             if len(value) != len(held):
                 raise SignalError(
                     f"Port '{self._now.port(name)}' got {len(value)} numbers; it takes {len(held)}."

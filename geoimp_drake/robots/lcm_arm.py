@@ -175,7 +175,7 @@ class LcmRobot:
                 self._arm.write(self._command)
             for _ in range(self._ticks):
                 status = self._arm.read()
-            # Of a robot that is late, too, which has no time to listen.
+            # What waits is read in any case: a robot that is late has no time to listen.
             self._lcm.HandleSubscriptions(0)
             sent = time.monotonic()
             message = self._messages.write_status(status)
